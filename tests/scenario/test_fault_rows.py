@@ -461,7 +461,7 @@ class Sticks(Heartbeats):
     def beat(self) -> None:
         super().beat()
         if self.surge is not None and not self.silent and round(self.trip.now_s / TICK_S) % 2 == 0:
-            self.send(self.make.MAVLink_manual_control_message(1, round(1000 * self.surge), 0, 500, 0, 0))
+            self.send(self.make.MAVLink_manual_control_message(1, 0, 0, round(1000 * self.surge), 0, 0))
 
     def command(self, number, *params) -> None:
         self.send(self.make.MAVLink_command_long_message(1, 1, number, 0, *params, *[0.0] * (7 - len(params))))
@@ -471,10 +471,10 @@ class Sticks(Heartbeats):
         self.maker.seq = (self.maker.seq + 1) % 256
 
 
-def driven(voyage, *overrides):
-    """A vessel under the sticks of station 255, with 254 watching, both by real MAVLink; and a function that runs them."""
+def driven(voyage, *overrides, other=254):
+    """A vessel under the sticks of station 255, with another watching, both by real MAVLink; and a function that runs them."""
     trip = voyage(*GROUND, *overrides)
-    owner, observer = Sticks(trip, "gcs", 255), Sticks(trip, "tcp", 254)
+    owner, observer = Sticks(trip, "gcs", 255), Sticks(trip, "tcp", other)
 
     def run(seconds, until=None):
         began_s = trip.now_s
@@ -493,6 +493,16 @@ def driven(voyage, *overrides):
     return trip, owner, observer, run
 
 
+def test_row_41_a_station_of_the_same_number_on_another_link_does_not_steer_beside_the_owner(voyage):
+    trip, _, observer, run = driven(voyage, other=255)
+    ahead_us = trip.board.pulses_us[0]
+    for surge in (-0.6, 0.0):
+        observer.surge = surge
+        for _ in range(20):
+            run(TICK_S)
+            assert trip.board.pulses_us[0] >= ahead_us, "the owner's throttle, at each tick"
+
+
 def test_row_40_the_owner_of_the_sticks_leaves_and_an_observer_stays(voyage, measured):
     trip, owner, observer, run = driven(voyage)
     observer.command(SET_MODE, 1.0, MANUAL)
@@ -509,7 +519,9 @@ def test_row_40_the_owner_of_the_sticks_leaves_and_an_observer_stays(voyage, mea
     observer.surge = 0.5
     run(1.0)
     assert trip.board.pulses_us[0] > 1550.0, "now it may drive"
-    assert any("ground station 254 has the sticks now, not 255" in text for text in trip.texts), "announced"
+    assert any("Station 254 over tcp has the sticks now, not station 255 over gcs" in text for text in trip.texts), (
+        "announced"
+    )
     owner.silent = False
     run(1.0)
     observer.silent = True

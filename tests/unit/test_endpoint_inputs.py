@@ -72,6 +72,18 @@ def test_an_rc_override_of_one_channel_moves_its_axis_and_leaves_the_other(bench
     assert override(65535, 2500) == []
 
 
+def test_two_stations_of_one_number_on_a_link_do_not_replace_each_others_sticks(bench):
+    others = [Station(255, component) for component in (190, 230)]
+    for surge, station in zip((600, -600), others, strict=True):
+        bench.send(dialect.MAVLink_manual_control_message(1, 0, 0, surge, 0, 0), station)
+    assert [stick.surge for stick in got(bench, ask.ManualInput)] == [0.6, -0.6], "the vessel judges who has them"
+    for steer, throttle, station in ((65535, 1700, others[0]), (1750, 65535, others[1])):
+        bench.vessel.handled.clear()
+        bench.send(dialect.MAVLink_rc_channels_override_message(1, 1, steer, 65535, throttle, *[65535] * 5), station)
+        (stick,) = got(bench, ask.ManualInput)
+    assert (stick.surge, stick.yaw) == (0.0, 0.5), "the throttle is another's"
+
+
 def target(mask, lat=LAT, lon=LON, vx=0.0, vy=0.0, yaw=0.0, frame=6):
     return dialect.MAVLink_set_position_target_global_int_message(
         0, 1, 1, frame, mask, lat, lon, 0, vx, vy, 0, 0, 0, 0, yaw, 0

@@ -31,6 +31,7 @@ from mavlink_bridge.language.requests import (
     Terminate,
     UnlockGuard,
 )
+from mavlink_bridge.language.stations import Station
 from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
 from sitl.world.settings import SimSettings
 from sitl.world.world import World
@@ -141,18 +142,29 @@ def test_a_heading_is_steered_and_a_stream_that_stops_ends_in_station_keeping(wo
     assert leg is None or leg.maneuver.figure == Hover()
 
 
-def test_sticks_belong_to_one_station_and_time_out(world: World) -> None:
+@pytest.mark.parametrize(
+    ("other", "told"),
+    [
+        (Station(254, 190, "gcs", "10.0.0.1"), "station 255 over gcs has the sticks"),
+        (Station(255, 190, "tcp", "10.0.0.1"), "station 255 over gcs has the sticks"),
+        (Station(255, 230, "gcs", "10.0.0.1"), "station 255/190 over gcs has the sticks"),
+        (Station(255, 190, "gcs", "10.0.0.2"), "station 255 over gcs at 10.0.0.1 has the sticks"),
+    ],
+    ids=["number", "link", "component", "host"],
+)
+def test_sticks_belong_to_one_station_and_time_out(world: World, other: Station, told: str) -> None:
     accept(world, SetMode(Mode.MANUAL))
     accept(world, Arm(arm=True))
     for _ in range(20):
-        world.app.submit(ManualInput(0.8, 0.0, 255))
+        world.app.submit(ManualInput(0.8, 0.0, 255), station=Station(255, 190, "gcs", "10.0.0.1"))
         world.step()
     assert world.snapshot is not None
     assert world.snapshot.output.thruster_port > 0.5
-    reply: list[Reply] = []
-    world.app.vehicle.controls.manual_owner(255, world.now_us)
-    world.app.submit(ManualInput(0.8, 0.0, 1), reply.append)
-    world.run(0.7)
+    replies: list[Reply] = []
+    for _ in range(14):
+        world.app.submit(ManualInput(0.8, 0.0, other.system), replies.append, station=other)
+        world.step()
+    assert {reply.reason for reply in replies} == {told}
     assert world.snapshot.output.thruster_port == 0.0
     assert mode_of(world) is Mode.MANUAL
 

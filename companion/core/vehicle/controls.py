@@ -24,6 +24,7 @@ from mavlink_bridge.language.messages import (
 )
 from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.requests import FORGET_MAX_M, DistanceInput, ForgetDepth
+from mavlink_bridge.language.stations import Station
 
 from ..guard.failsafe_orders import Order
 from ..hull import ForceModel
@@ -142,7 +143,7 @@ class Controls:
     def load_rally(self, points: tuple[LatLon, ...]) -> None:
         self.parts.mission.rally = points
 
-    def arm(self, now_us: int, sender: int) -> None:
+    def arm(self, now_us: int) -> None:
         """Permit thrust. The caller has asked ``prearm_reasons``."""
         if not self.armed:
             self.voice.say(Severity.INFO, "armed")
@@ -236,13 +237,15 @@ class Controls:
         self.interrupted = None
         self.returns_by_order = self.parts.navigator.mode is Mode.RTL
 
-    def manual_owner(self, sender: int, now_us: int) -> int:
+    def manual_owner(self, station: Station | None, now_us: int) -> Station | None:
         """Return who has the sticks; the sender when they were free. A change of hands is told to everybody."""
-        return self._told(self._sticks.owner(sender, now_us, self.config.operator.owner_timeout_s))
+        owner, text = self._sticks.owner(station, now_us, self.config.operator.owner_timeout_s)
+        self._tell_hands(text)
+        return owner
 
-    def take_sticks(self, sender: int, now_us: int) -> None:
+    def take_sticks(self, station: Station | None, now_us: int) -> None:
         """Another station orders manual control: it need not wait when the sticks of the one before have stopped."""
-        self._told(self._sticks.take(sender, now_us, self.config.failsafe.manual_timeout_s))
+        self._tell_hands(self._sticks.take(station, now_us, self.config.failsafe.manual_timeout_s))
 
     def set_home(self, lat_rad: float | None, lon_rad: float | None) -> str:
         """Set home to a position or to here; return a refusal or an empty string."""
@@ -302,11 +305,9 @@ class Controls:
         if not self._home_by_operator and state.lat_rad is not None and state.lon_rad is not None:
             self.parts.mission.home = LatLon((state.lat_rad, state.lon_rad))
 
-    def _told(self, owner: tuple[int, str]) -> int:
-        number, text = owner
+    def _tell_hands(self, text: str) -> None:
         if text:
             self.voice.say(Severity.INFO, text)
-        return number
 
     def use_thrusters(self, shares: Shares) -> None:
         """Sail with what each thruster still gives of what it is told, port and starboard, where the law can."""

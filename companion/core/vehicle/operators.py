@@ -222,34 +222,35 @@ class Operators:
 
 
 class StickOwner:
-    """Who has the sticks: manual control comes from one station at a time."""
+    """Who has the sticks: manual control comes from one station at a time; None = the vessel's own people."""
 
     def __init__(self) -> None:
-        self._owner: tuple[int, int] | None = None
+        self._owner: tuple[Station | None, int] | None = None
 
-    def owner(self, sender: int, now_us: int, timeout_s: float) -> tuple[int, str]:
+    def owner(self, station: Station | None, now_us: int, timeout_s: float) -> tuple[Station | None, str]:
         """A stick message came. Return who has the sticks, and what is to be told of a change of hands.
 
         They are free when their owner has been silent for ``timeout_s``.
         """
         owner = self._owner
         if owner is None or now_us - owner[1] > timeout_s * 1e6:
-            return sender, self._hand_over(sender, now_us)
-        if owner[0] == sender:
-            self._owner = (sender, now_us)
+            return station, self._hand_over(station, now_us)
+        if owner[0] == station:
+            self._owner = (station, now_us)
         return owner[0], ""
 
-    def take(self, sender: int, now_us: int, timeout_s: float) -> tuple[int, str]:
-        """``sender`` orders manual control: the same, with the time after which sticks are neutral."""
+    def take(self, station: Station | None, now_us: int, timeout_s: float) -> str:
+        """``station`` orders manual control: the same, with the time after which sticks are neutral."""
         owner = self._owner
         stopped = owner is not None and now_us - owner[1] > timeout_s * 1e6
-        return sender, self._hand_over(sender, now_us) if sender and stopped else ""
+        return self._hand_over(station, now_us) if station is not None and stopped else ""
 
-    def _hand_over(self, sender: int, now_us: int) -> str:
+    def _hand_over(self, station: Station | None, now_us: int) -> str:
         before = self._owner
-        self._owner = (sender, now_us)
-        changed = before is not None and before[0] != sender
-        return f"ground station {sender} has the sticks now, not {before[0]}" if before and changed else ""
+        self._owner = (station, now_us)
+        if before is None or before[0] is None or station is None or before[0] == station:
+            return ""
+        return f"{_start(station.beside(before[0]))} has the sticks now, not {before[0].beside(station)}"
 
 
 def leads(body: RequestBody, *, manual: bool) -> bool:

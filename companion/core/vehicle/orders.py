@@ -40,6 +40,7 @@ from mavlink_bridge.language.requests import (
     Terminate,
     UnlockGuard,
 )
+from mavlink_bridge.language.stations import Station
 from mavlink_bridge.language.trials import SeaTrial, TrialOrder
 from mavlink_bridge.language.units import clamp
 
@@ -81,7 +82,7 @@ class Orders:
             refusal = motion_refusal(controls, now_us, order)
         if refusal:
             return Reply(Result.REJECTED_NOW, refusal)
-        reply = method(self, body, request.sender, now_us)
+        reply = method(self, body, station, now_us)
         if reply.result is Result.ACCEPTED:
             controls.parts.operators.obeyed(body, station, now_us, manual=by_hand)
             controls.parts.operators.has_set(body, station, armed=controls.armed)
@@ -90,7 +91,7 @@ class Orders:
                 controls.operator_acted(Order.BYSTANDER_HOLD if aside else order)
         return reply
 
-    def arm(self, body: Arm, sender: int, now_us: int) -> Reply:
+    def arm(self, body: Arm, station: Station | None, now_us: int) -> Reply:
         controls = self._controls
         if not body.arm:
             why = "operator abort" if body.force else "by the operator"
@@ -101,12 +102,12 @@ class Orders:
             mend = "" if body.force or prearm_reasons(controls, now_us, force=True) else f"; {insist.FORCE}"
             why = "; ".join(reasons)
             return Reply(Result.REJECTED_NOW, why if "by force" in why else why + mend)
-        controls.arm(now_us, sender)
+        controls.arm(now_us)
         return ACCEPTED
 
-    def set_mode(self, body: SetMode, sender: int, now_us: int) -> Reply:
+    def set_mode(self, body: SetMode, station: Station | None, now_us: int) -> Reply:
         if body.mode is Mode.MANUAL:
-            self._controls.take_sticks(sender, now_us)
+            self._controls.take_sticks(station, now_us)
             self._tell_deaf_sticks()
         return self._enter(body.mode)
 
@@ -127,7 +128,7 @@ class Orders:
             controls.parts.plan_reach.begin(controls.parts.mission.plan, controls.state)
         return _reply(refusal)
 
-    def start_plan(self, body: StartPlan, sender: int, now_us: int) -> Reply:
+    def start_plan(self, body: StartPlan, station: Station | None, now_us: int) -> Reply:
         controls = self._controls
         if not controls.armed:
             return Reply(Result.REJECTED_NOW, "not armed")
@@ -140,10 +141,10 @@ class Orders:
             controls.parts.plan_reach.begin(controls.parts.mission.plan, controls.state)
         return _reply(refusal)
 
-    def pause(self, body: PausePlan, sender: int, now_us: int) -> Reply:
+    def pause(self, body: PausePlan, station: Station | None, now_us: int) -> Reply:
         return self._enter(Mode.HOLD if body.pause else Mode.AUTO)
 
-    def set_current(self, body: SetCurrent, sender: int, now_us: int) -> Reply:
+    def set_current(self, body: SetCurrent, station: Station | None, now_us: int) -> Reply:
         controls = self._controls
         if controls.parts.navigator.mode is Mode.AUTO and controls.parts.mission.state is PlanState.ACTIVE:
             far = controls.reach_refusal(body.seq, under_way=True)
@@ -151,7 +152,7 @@ class Orders:
                 return Reply(Result.REJECTED_NOW, far)
         return _reply(controls.parts.mission.set_current(body.seq, reset=body.reset), Result.DENIED)
 
-    def reposition(self, body: Reposition, sender: int, now_us: int) -> Reply:
+    def reposition(self, body: Reposition, station: Station | None, now_us: int) -> Reply:
         controls = self._controls
         if not body.change_mode and controls.parts.navigator.mode is not Mode.GUIDED:
             return Reply(Result.REJECTED_NOW, "not in Guided mode, and the command does not ask to change it")
@@ -164,7 +165,7 @@ class Orders:
             else _reply(controls.parts.navigator.reposition(body, controls.state))
         )
 
-    def orbit(self, body: Orbit, sender: int, now_us: int) -> Reply:
+    def orbit(self, body: Orbit, station: Station | None, now_us: int) -> Reply:
         controls = self._controls
         refusal = target_refusal(controls, body.lat_rad, body.lon_rad) or _speed_refusal(
             controls, body.speed_mps or None
@@ -173,7 +174,7 @@ class Orders:
             _reply(refusal, Result.DENIED) if refusal else _reply(controls.parts.navigator.orbit(body, controls.state))
         )
 
-    def sea_trial(self, body: SeaTrial, sender: int, now_us: int) -> Reply:
+    def sea_trial(self, body: SeaTrial, station: Station | None, now_us: int) -> Reply:
         navigator = self._controls.parts.navigator
         match body.order:
             case TrialOrder.BEGIN:
@@ -202,7 +203,7 @@ class Orders:
         self._controls.voice.say(Severity.NOTICE, f"A sea trial may begin here: {area.words}")
         return ACCEPTED
 
-    def set_speed(self, body: SetSpeed, sender: int, now_us: int) -> Reply:
+    def set_speed(self, body: SetSpeed, station: Station | None, now_us: int) -> Reply:
         speed = body.speed_mps
         if speed is None and body.throttle is not None:
             speed = throttle_to_speed(self._controls.parts.vessel, body.throttle)
@@ -212,7 +213,7 @@ class Orders:
         self._controls.parts.navigator.set_speed(speed)
         return ACCEPTED
 
-    def guided_heading(self, body: GuidedHeading, sender: int, now_us: int) -> Reply:
+    def guided_heading(self, body: GuidedHeading, station: Station | None, now_us: int) -> Reply:
         controls = self._controls
         speed = body.speed_mps
         if speed is None and body.throttle is not None:
@@ -227,7 +228,7 @@ class Orders:
             return Reply(Result.DENIED, refusal)
         return _reply(controls.parts.navigator.steer(body, speed, controls.state, now_us))
 
-    def guided_target(self, body: GuidedTarget, sender: int, now_us: int) -> Reply:
+    def guided_target(self, body: GuidedTarget, station: Station | None, now_us: int) -> Reply:
         controls = self._controls
         refusal = target_refusal(controls, body.lat_rad, body.lon_rad)
         return (
@@ -236,41 +237,42 @@ class Orders:
             else _reply(controls.parts.navigator.target(body, controls.state, now_us))
         )
 
-    def manual(self, body: ManualInput, sender: int, now_us: int) -> Reply:
-        owner = self._controls.manual_owner(sender, now_us)
-        if owner != sender:
-            return Reply(Result.DENIED, f"ground station {owner} has the sticks")
+    def manual(self, body: ManualInput, station: Station | None, now_us: int) -> Reply:
+        owner = self._controls.manual_owner(station, now_us)
+        if owner is not None and owner != station:
+            who = str(owner) if station is None else owner.beside(station)
+            return Reply(Result.DENIED, f"{who} has the sticks")
         self._controls.parts.navigator.sticks(body, now_us)
         return ACCEPTED
 
-    def set_home(self, body: SetHomePosition, sender: int, now_us: int) -> Reply:
+    def set_home(self, body: SetHomePosition, station: Station | None, now_us: int) -> Reply:
         return _reply(self._controls.set_home(body.lat_rad, body.lon_rad))
 
-    def terminate(self, body: Terminate, sender: int, now_us: int) -> Reply:
+    def terminate(self, body: Terminate, station: Station | None, now_us: int) -> Reply:
         self._controls.terminate("terminated by the operator")
         return ACCEPTED
 
-    def fence(self, body: EnableFence, sender: int, now_us: int) -> Reply:
+    def fence(self, body: EnableFence, station: Station | None, now_us: int) -> Reply:
         return _reply(self._controls.enable_fence(body.enable))
 
-    def distance(self, body: DistanceInput, sender: int, now_us: int) -> Reply:
+    def distance(self, body: DistanceInput, station: Station | None, now_us: int) -> Reply:
         self._controls.depth_input(body, now_us)
         return ACCEPTED
 
-    def prearm(self, body: RunPrearmChecks, sender: int, now_us: int) -> Reply:
+    def prearm(self, body: RunPrearmChecks, station: Station | None, now_us: int) -> Reply:
         if self._controls.armed:
             return Reply(Result.REJECTED_NOW, "armed already: these are the checks before arming")
         for reason in prearm_reasons(self._controls, now_us):
             self._controls.voice.say(Severity.WARNING, f"PreArm: {reason}")
         return ACCEPTED
 
-    def unlock(self, body: UnlockGuard, sender: int, now_us: int) -> Reply:
+    def unlock(self, body: UnlockGuard, station: Station | None, now_us: int) -> Reply:
         if self._controls.guard_state is not GuardState.LOCKED:
             return Reply(Result.DENIED, "the depth guard is not locked")
         self._controls.unlock_guard()
         return ACCEPTED
 
-    def forget_depth(self, body: ForgetDepth, sender: int, now_us: int) -> Reply:
+    def forget_depth(self, body: ForgetDepth, station: Station | None, now_us: int) -> Reply:
         return _reply(self._controls.forget_depth(body))
 
 
@@ -299,7 +301,7 @@ _BY_MODE: Final = {
     Mode.CIRCLE: Order.GUIDED,
 }
 
-_METHODS: Final[dict[type, Callable[[Orders, Any, int, int], Reply]]] = {
+_METHODS: Final[dict[type, Callable[[Orders, Any, Station | None, int], Reply]]] = {
     Arm: Orders.arm,
     SetMode: Orders.set_mode,
     StartPlan: Orders.start_plan,

@@ -64,7 +64,8 @@ class Asking:
                 return
         else:
             for at, item in enumerate(self.asked):
-                if not item.reply and item.sender == sender and type(item.body) is type(body):
+                same = (item.sender, item.component, type(item.body)) == (sender, self._component, type(body))
+                if same and not item.reply:
                     del self.asked[at]
                     break
         self.asked.append(

@@ -38,8 +38,8 @@ class RcOverride:
     """RC_CHANNELS_OVERRIDE: channel 1 rudder, 3 throttle. One alone moves its axis; the other stays as this sender last set it."""
 
     def __init__(self) -> None:
-        self._last: dict[tuple[int, int], tuple[float, int]] = {}
-        """By sender's system and channel: the newest value given and when."""
+        self._last: dict[tuple[int, int, int], tuple[float, int]] = {}
+        """By sender's system and component, and channel: the newest value given and when."""
 
     def take(self, message: Any, now_us: int) -> ManualInput | None:
         """Sticks; None when both channels are released or left alone, or one is outside 800...2200 us."""
@@ -49,13 +49,14 @@ class RcOverride:
             return None
         if any(value not in (_RELEASED, _LEFT_ALONE) and not 800 <= value <= 2200 for value in given_us.values()):
             return None
-        steer, throttle = (self._axis(system, channel, value, now_us) for channel, value in given_us.items())
+        sender = system, message.get_srcComponent()
+        steer, throttle = (self._axis((*sender, channel), value, now_us) for channel, value in given_us.items())
         return ManualInput(throttle, steer, system)
 
-    def _axis(self, system: int, channel: int, value: int, now_us: int) -> float:
+    def _axis(self, axis: tuple[int, int, int], value: int, now_us: int) -> float:
         if value == _LEFT_ALONE:
-            last, last_us = self._last.get((system, channel), (0.0, now_us))
+            last, last_us = self._last.get(axis, (0.0, now_us))
             return last if now_us - last_us <= _KEPT_US else 0.0
-        axis = 0.0 if value == _RELEASED else max(-1.0, min(1.0, (value - 1500) / 500.0))
-        self._last[system, channel] = axis, now_us
-        return axis
+        stick = 0.0 if value == _RELEASED else max(-1.0, min(1.0, (value - 1500) / 500.0))
+        self._last[axis] = stick, now_us
+        return stick
