@@ -19,7 +19,7 @@ from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.language.requests import LoadPlan, Reply, Request, Result, SetParameter, TakeCommand
 from mavlink_bridge.language.snapshot import Snapshot
 from mavlink_bridge.mavlink.endpoint import Endpoint
-from mavlink_bridge.mavlink.missions.service import MissionTiming
+from mavlink_bridge.mavlink.missions.service import MissionTiming, UploadLocks
 from mavlink_bridge.mavlink.persona import EndpointConfig, Identity
 from mavlink_bridge.mavlink.wire.codec import dialect
 from mavlink_bridge.radio.air import Priority, RadioProfile
@@ -143,6 +143,7 @@ class Gateway:
         """None: neither seen to open nor found closed; it may have been open before."""
         self._modem_missing = False
         self._since_us: int | None = None
+        self._locks = UploadLocks()
         self.grounds: list[GroundPort] = []
         for number, item in enumerate(settings.endpoints):
             self.grounds.append(self._ground(number, item, make_link(item.name, item.url)))
@@ -181,6 +182,7 @@ class Gateway:
                 config,
                 self.twin,
                 timing=timing,
+                locks=self._locks,
                 signing=self.keeper.state,
                 link_id=number,
                 on_key=self.keeper.take_key,

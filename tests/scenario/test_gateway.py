@@ -38,15 +38,16 @@ class Later:
         self.gateway.tick(now_us - self.began_us)
 
 
-def start(shore, tmp_path, *, store=None, away_s=0.0, **settings):
-    """Put a fresh gateway process in the place of the present one, so many seconds later."""
+def start(shore, tmp_path, *, store=None, away_s=0.0, others=None, **settings):
+    """Put a fresh gateway process in the place of the present one, so many seconds later. ``others``: its further links."""
     near, shore.far = pair("gcs")
+    links = {"gcs": near} | (others or {})
     settings.setdefault("endpoints", (EndpointSettings(name="gcs", url="mem:gcs"),))
     own = GatewaySettings(profile="o-10", key_file=str(simulation_key(tmp_path)), **settings)
     gateway = Gateway(
         own,
         modem=shore.sim.ground("shore"),
-        make_link=lambda name, url: near,
+        make_link=lambda name, url: links[name],
         store=store or MemoryStore(),
         rng=random.Random(2),
         started_utc_us=UTC_US + round(shore.sim.now_us + away_s * 1e6),
@@ -206,6 +207,51 @@ def test_a_one_item_plan_is_never_called_uploaded_too_soon(tmp_path):
     shore.run(15.0)
     assert shore.sim.app.facade.plans.plan_id(PlanKind.MISSION) != 0
     assert any("stored on the vessel" in message.text for _, message in shore.of("STATUSTEXT"))
+
+
+def point(north):
+    """An item so many ten metres north."""
+    return (3, 16, 0, 1, 0.0, 0.0, 0.0, float("nan"), 411_852_000 + 900 * north, -87_060_000, 0.0)
+
+
+def test_a_plan_that_was_cancelled_on_the_air_is_never_acknowledged_as_the_next_one(tmp_path):
+    shore = Shore(tmp_path, persona="generic")
+    shore.run(60.0)
+    air = shore.sim.surroundings.radio.air
+    air.jammed = True
+    assert upload(shore, point(1), point(2), seconds=2.0) is None
+    shore.send(dialect.MAVLink_mission_ack_message(1, 1, 15, 0))
+    assert upload(shore, point(3), point(4), seconds=2.0) == 14, "refused at once"
+    air.jammed = False
+    shore.messages.clear()
+    shore.run(15.0)
+    assert not shore.of("MISSION_ACK")
+    aboard = [item.x for item in shore.sim.app.facade.plans.items(PlanKind.MISSION)]
+    assert aboard == [point(1)[8], point(2)[8]]
+    texts = "".join(message.text for _, message in shore.of("STATUSTEXT"))
+    assert "Plan now stored on the vessel" in texts
+    assert upload(shore, point(3), point(4), seconds=20.0) == 0
+    aboard = [item.x for item in shore.sim.app.facade.plans.items(PlanKind.MISSION)]
+    assert aboard == [point(3)[8], point(4)[8]]
+
+
+def test_a_plan_of_another_endpoint_waits_until_the_one_on_the_air_is_aboard(tmp_path):
+    shore = Shore(tmp_path, persona="generic")
+    near, far = pair("two")
+    far.poll(0)
+    ends = tuple(EndpointSettings(name=name, url=f"mem:{name}", persona="generic") for name in ("gcs", "two"))
+    start(shore, tmp_path, others={"two": near}, endpoints=ends)
+    shore.run(60.0)
+    air = shore.sim.surroundings.radio.air
+    air.jammed = True
+    assert upload(shore, point(1), point(2), seconds=2.0) is None
+    own, shore.far, shore.codec = shore.far, far, Codec(254, 190)
+    assert upload(shore, point(3), point(4), seconds=2.0) == 14
+    air.jammed, shore.far, shore.codec = False, own, Codec(255, 190)
+    shore.run(15.0)
+    assert shore.of("MISSION_ACK")[-1][1].type == 0
+    aboard = [item.x for item in shore.sim.app.facade.plans.items(PlanKind.MISSION)]
+    assert aboard == [point(1)[8], point(2)[8]]
 
 
 def test_signed_stations_only(tmp_path):

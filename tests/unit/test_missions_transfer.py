@@ -521,6 +521,66 @@ def test_a_gateway_holds_an_upload_open_by_asking_for_the_last_two_in_turn():
     assert link.poll(1.0) == []
 
 
+def held(count=2):
+    """An upload that is complete and on its way over the radio."""
+    link = Link(timing=MissionTiming(hold_us=400_000, store_us=300 * S))
+    link.count(count)
+    for number in range(count):
+        link.item(point(number), number)
+    link.poll(0.5)
+    link.server.drain_texts()
+    return link
+
+
+@pytest.mark.parametrize("count", [2, 3], ids=["as many items", "more"])
+def test_an_upload_that_comes_while_another_is_on_its_way_is_refused_and_ends_with_a_text(count):
+    link = held()
+    (ack,) = link.count(count)
+    assert ack.type == MissionResult.DENIED
+    assert [message.get_type() for message in link.poll(5.0)] == [], "nothing of the new plan is asked for"
+    assert link.vessel_stores() == [], "the first plan's end is no answer to the second"
+    assert [text for _, text in link.server.drain_texts()] == [
+        "Plan not taken: the one before is on its way; wait until it is stored",
+        "Plan now stored on the vessel",
+    ]
+    ack, _ = link.upload([point(7)])
+    assert ack.type == 0
+    assert [item.x for item in link.store.plans[PlanKind.MISSION]] == [point(7).x]
+
+
+def test_a_late_copy_of_the_request_that_began_an_upload_changes_nothing():
+    link = Link(timing=MissionTiming(hold_us=400_000, store_us=None))
+    codec = link._codec
+    first, again = (codec.encode(dialect.MAVLink_mission_count_message(1, 1, 2, 0)) for _ in range(2))
+    for frame in (first, again):
+        link.server.handle(decode(Deframer().receive(frame, 0)[0]), link.now_us)
+    for number in range(2):
+        link.item(point(number), number)
+    for frame in (first, again):
+        assert link.server.handle(decode(Deframer().receive(frame, 0)[0]), link.now_us) == []
+    assert link.server.drain_texts() == []
+    assert link.vessel_stores()[-1].type == MissionResult.ACCEPTED
+
+
+def test_a_cancel_while_a_plan_is_on_its_way_is_told_and_an_upload_after_it_refused():
+    link = held()
+    assert link.ack(MissionResult.OPERATION_CANCELLED) == []
+    assert link.ack(MissionResult.OPERATION_CANCELLED) == []
+    assert link.poll(5.0) == [], "who has given up is asked for nothing"
+    (ack,) = link.count(2)
+    assert ack.type == MissionResult.DENIED
+    assert link.vessel_stores() == []
+    assert [text for _, text in link.server.drain_texts()] == [
+        "Plan not cancelled: it is on its way; a text says when it is stored",
+        "Plan not taken: the one before is on its way; wait until it is stored",
+        "Plan now stored on the vessel",
+    ]
+    given_up = held()
+    given_up.ack(MissionResult.OPERATION_CANCELLED)
+    assert given_up.poll(301.0) == []
+    assert given_up.count(2)[0].get_type() == "MISSION_REQUEST_INT", "the next one may come"
+
+
 @personas
 @pytest.mark.parametrize("count", [0, 1, 3])
 def test_without_holding_the_end_is_one_acknowledgement_and_nothing_else(home_item, count):

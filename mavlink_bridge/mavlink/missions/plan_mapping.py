@@ -26,13 +26,14 @@ from .plan_rules import (
     PlanLimits,
     RefusedError,
     given,
+    is_here,
     parameter,
     plan_id,
     position,
     with_places,
     within,
 )
-from .wire import command_name
+from .wire import command_name, home_problem, shift_jump
 
 __all__ = [
     "Cmd",
@@ -164,6 +165,19 @@ def compile_item(seq: int, item: PlanItem, limits: PlanLimits = DEFAULT_LIMITS) 
         return compiler(seq, item, limits)
     except RefusedError as refusal:
         return PlanError(seq, refusal.field, str(refusal), refusal.result)
+
+
+def item_error(kind: PlanKind, seq: int, item: PlanItem, limits: PlanLimits, offset: int) -> PlanError | None:
+    """Why an item is refused as soon as it comes. Fence and rally are judged whole, at the end. ``seq`` and ``offset``: of the link."""
+    if kind is not PlanKind.MISSION:
+        return None
+    if seq < offset:
+        problem = home_problem(item)
+        return PlanError(-1, None, problem, MissionResult.INVALID) if problem else None
+    if is_here(item):
+        return None  # where that is the items before it tell
+    result = compile_item(seq - offset, shift_jump(item, -offset), limits)
+    return result if isinstance(result, PlanError) else None
 
 
 def compile_items(items: Sequence[PlanItem], limits: PlanLimits = DEFAULT_LIMITS) -> Compiled:

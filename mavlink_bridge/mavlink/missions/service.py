@@ -13,17 +13,16 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from ...language.messages import Severity
-from ...language.requests import LoadPlan, PlanItem, PlanKind, Reply, Result
+from ...language.requests import LoadPlan, PlanKind, Reply, Result
 from ..persona.port import PlanStore
 from ..wire.codec import dialect
 from .acks import Acks
 from .download import Downloads
 from .going import GoTos
-from .plan_mapping import compile_item, load_plan
-from .plan_rules import DEFAULT_LIMITS, MISSION_RESULT, MissionResult, PlanError, PlanLimits, is_here, unheeded
+from .plan_mapping import item_error, load_plan
+from .plan_rules import DEFAULT_LIMITS, MISSION_RESULT, MissionResult, PlanError, PlanLimits, unheeded
 from .store import MissionTiming, Pending, Sender, UploadLocks, UploadSession
-from .upload import Upload
-from .wire import ALL_KINDS, describe, home_problem, item_from_message, kind_of, shift_jump, without_home
+from .wire import ALL_KINDS, describe, item_from_message, kind_of, without_home
 
 __all__ = ["MissionServer", "MissionTiming", "PlanStore", "UploadLocks"]
 
@@ -125,19 +124,19 @@ class MissionServer:
         del self._stores[handle]
         if pending.waiting:
             return []
-        if pending.session is not None and not self._drop(pending.session):
-            failed = pending.failed
+        session, failed = pending.session, pending.failed
+        if session is not None and (not self._drop(session) or session.given_up):
             name = _NAMES[pending.kind]
             self._say(
                 Severity.WARNING if failed else Severity.INFO,
                 f"{name} refused: {failed.reason}" if failed else f"{name} now stored on the vessel",
             )
             return []
-        outcome = pending.failed or reply
+        outcome = failed or reply
         if outcome.reason:
             self._say(Severity.WARNING, f"{_NAMES[pending.kind]} refused: {outcome.reason}")
         final = self._ack(pending.sender, pending.mission_type, MISSION_RESULT[outcome.result], now_us, plan_id)
-        return [*self._last_again(pending.session), final]
+        return [*self._last_again(session), final]
 
     def _last_again(self, session: UploadSession | None) -> Messages:
         """After holding, a station that believes itself at the last item but one calls an acknowledgement a mistake (MAVSDK)."""
@@ -166,7 +165,9 @@ class MissionServer:
         if message.count > most:
             self._say(Severity.WARNING, f"{_NAMES[kind]} refused: {message.count} items, {most} fit")
             return [self._ack(sender, message.mission_type, MissionResult.NO_SPACE, now_us)]
-        return self._open(sender, kind, 0, count=message.count, base=(), now_us=now_us)
+        return self._open(
+            message, sender, UploadSession(sender, kind, self.timing.collect(0, message.count, now_us)), now_us
+        )
 
     def _on_write_partial(self, message: Any, sender: Sender, now_us: int) -> Messages:
         kind = kind_of(message.mission_type)
@@ -175,32 +176,29 @@ class MissionServer:
         base = self._downloads.shown(kind)
         if not 0 <= message.start_index <= message.end_index < len(base):
             return [self._ack(sender, message.mission_type, MissionResult.INVALID_SEQUENCE, now_us)]
-        count = message.end_index - message.start_index + 1
-        return self._open(sender, kind, message.start_index, count=count, base=base, now_us=now_us)
+        upload = self.timing.collect(message.start_index, message.end_index - message.start_index + 1, now_us)
+        return self._open(message, sender, UploadSession(sender, kind, upload, base), now_us)
 
-    def _open(
-        self, sender: Sender, kind: PlanKind, first: int, count: int, base: tuple[PlanItem, ...], now_us: int
-    ) -> Messages:
+    def _open(self, message: Any, sender: Sender, session: UploadSession, now_us: int) -> Messages:
+        kind, upload = session.kind, session.upload
         old = self._uploads.get((sender, kind))
         if old is not None and old.storing_us is not None:
-            return []  # a copy of the request that began it, or impatience: the ACK is on its way
+            if old.is_copy(message, upload):
+                return []  # of the request that began it: the ACK is on its way
+            old.given_up = True
+            self._say(
+                Severity.WARNING, f"{_NAMES[kind]} not taken: the one before is on its way; wait until it is stored"
+            )
+            return [self._ack(sender, kind.value, MissionResult.DENIED, now_us)]
         if old is not None:
             self._drop(old)
-        upload = Upload(
-            first=first,
-            count=count,
-            now_us=now_us,
-            retry_us=self.timing.retry_us,
-            retries=self.timing.retries,
-            window=self.timing.window,
-        )
-        session = UploadSession(sender, kind, upload, base)
         if not self._locks.claim(kind, session, now_us, 2 * self.timing.retry_us):
             self._say(Severity.WARNING, f"{_NAMES[kind]} from {sender[0]} denied: another upload is under way")
             return [self._ack(sender, kind.value, MissionResult.DENIED, now_us)]
         self._acks.forget(sender, kind.value)
         self._uploads[sender, kind] = session
-        if count == 0:
+        session.heard(message)
+        if upload.count == 0:
             return self._complete(session, now_us)
         return self._ask(session, upload.begin(now_us))
 
@@ -211,6 +209,7 @@ class MissionServer:
         session = self._uploads.get((sender, kind)) if kind is not None else None
         if kind is None or session is None:
             return self._acks.repeat(sender, message.mission_type, now_us)
+        session.heard(message)
         if session.storing_us is not None:
             return []
         if not self._locks.claim(kind, session, now_us, 2 * self.timing.retry_us):
@@ -219,24 +218,12 @@ class MissionServer:
         more = session.upload.take(message.seq, item, now_us)
         if more is None:
             return self._ask(session, session.upload.again(message.seq, now_us))
-        error = self._check(kind, message.seq, item)
+        error = item_error(kind, message.seq, item, self.limits, self.offset)
         if error is not None:
             return self._refuse(session, error, now_us)
         if session.upload.complete:
             return self._complete(session, now_us)
         return self._ask(session, more)
-
-    def _check(self, kind: PlanKind, seq: int, item: PlanItem) -> PlanError | None:
-        """Refuse a bad item as soon as it comes. Fence and rally are judged whole, at the end."""
-        if kind is not PlanKind.MISSION:
-            return None
-        if seq < self.offset:
-            problem = home_problem(item)
-            return PlanError(-1, None, problem, MissionResult.INVALID) if problem else None
-        if is_here(item):
-            return None  # where that is the items before it tell
-        result = compile_item(seq - self.offset, shift_jump(item, -self.offset), self.limits)
-        return result if isinstance(result, PlanError) else None
 
     def _complete(self, session: UploadSession, now_us: int) -> Messages:
         received = [session.upload.items[seq] for seq in sorted(session.upload.items)]
@@ -292,11 +279,14 @@ class MissionServer:
         waited_us = now_us - session.storing_us
         hold_us = self.timing.hold_us
         limit_us = self.timing.store_us
-        if hold_us is not None and session.upload.count == 1:
+        if hold_us is not None and session.upload.count == 1 and not session.given_up:
             limit_us = min(limit_us or self.timing.hold_single_us, self.timing.hold_single_us)
+        if limit_us is not None and waited_us >= limit_us and session.given_up:
+            self._drop(session)  # a text will say how it ended
+            return []
         if limit_us is not None and waited_us >= limit_us:
             return self._fail(session, MissionResult.ERROR, "not confirmed in time; a text will say when it is", now_us)
-        if hold_us is None or not session.upload.count or now_us - session.held_us < hold_us:
+        if hold_us is None or session.given_up or not session.upload.count or now_us - session.held_us < hold_us:
             return []
         session.held_us = now_us
         last = session.upload.first + session.upload.count - 1
@@ -353,9 +343,16 @@ class MissionServer:
             return []
         self._downloads.end(sender, kind)
         session = self._uploads.get((sender, kind))
-        if session is not None and session.storing_us is None and message.type != MissionResult.ACCEPTED:
+        if session is None or message.type == MissionResult.ACCEPTED:
+            return []
+        if session.storing_us is None:
             self._drop(session)
             self._say(Severity.INFO, f"{_NAMES[kind]} upload cancelled by {sender[0]}; the old plan stays")
+        elif not session.given_up:
+            session.given_up = True
+            self._say(
+                Severity.WARNING, f"{_NAMES[kind]} not cancelled: it is on its way; a text says when it is stored"
+            )
         return []
 
     def _ack(self, sender: Sender, mission_type: int, result: MissionResult, now_us: int, plan_id: int = 0) -> Any:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Final
 
 from ...language.requests import PlanItem, PlanKind, Reply
 from .upload import MAX_WINDOW, Upload
 
 Sender = tuple[int, int]
 """System and component id of a ground station."""
+
+_FRAMES: Final = 256
+"""A sender's frames are counted in one byte; of two numbers the one that lies less than half a round ahead is the newer one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +30,17 @@ class MissionTiming:
     """Ask for the last two items in turn this often (0.4 s) until ``finish``, so that the sender goes on waiting."""
     hold_single_us: int = 1_800_000
     """How long a one-item plan can be held: some clients give up on repeats of the same item after 2 s."""
+
+    def collect(self, first: int, count: int, now_us: int) -> Upload:
+        """What collects the items of an upload that begins now."""
+        return Upload(
+            first=first,
+            count=count,
+            now_us=now_us,
+            retry_us=self.retry_us,
+            retries=self.retries,
+            window=self.window,
+        )
 
 
 class UploadLocks:
@@ -65,6 +80,25 @@ class UploadSession:
     held_us: int = 0
     held_seq: int | None = None
     """The item asked for last while holding; None: the station never had to be held."""
+    given_up: bool = False
+    """The station has given it up while the vessel was storing it: it is asked for no item more, and a text tells the end."""
+    _frame: int = 0
+    """Number of the newest frame of the station's that belongs to it."""
+
+    def heard(self, message: Any) -> None:
+        """A message of this upload came."""
+        number = message.get_seq()
+        if (number - self._frame) % _FRAMES < _FRAMES // 2 or not self.upload.items:
+            self._frame = number
+
+    def is_copy(self, message: Any, upload: Upload) -> bool:
+        """Whether the request for ``upload``, which comes when all items are here, is the late one that began this upload.
+
+        Who answers for the items has been asked for them, and repeats no such request: one that was made after them begins another upload.
+        """
+        is_same = (upload.first, upload.count) == (self.upload.first, self.upload.count)
+        is_late = (self._frame - message.get_seq()) % _FRAMES < _FRAMES // 2
+        return is_same and is_late and not self.given_up
 
 
 @dataclass(slots=True)
