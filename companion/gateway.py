@@ -169,8 +169,8 @@ class Gateway:
             rates_hz=RATES_HZ,
             give_up_s=self.profile.link.command_s + 5.0,
         )
-        upload_us = round(self.profile.link.upload_s * 1e6)
-        timing = MissionTiming(hold_us=400_000, store_us=upload_us + 2_000_000)
+        # the radio gives up sooner, and says so; what it leaves to the vessel's states it adds to its time
+        timing = MissionTiming(hold_us=400_000, store_us=round(2 * self.profile.link.upload_s * 1e6))
 
         def met(system_id: int, persona: str) -> None:
             warning = self.keeper.met(item.name)

@@ -21,7 +21,7 @@ from .codec.brief import STANDING_BYTES
 from .codec.frames import STOPS, Opener, RadioFrame, Saying, frame_bytes
 from .codec.wire import FROZEN, OVERHEAD, VERSION, Kind
 from .hello import Greeting
-from .patience import ANSWER_BYTES, Patience
+from .patience import ANSWER_BYTES, Patience, await_answer
 from .posted import STATES, PostBox, Posted
 from .session import Hello, Pairing, Session
 from .transfer import Inbox, Transfer, TransferOutcome, WholeMessage, cut, read_reply, sizes
@@ -107,6 +107,7 @@ class CompactLink:
                 self._on_hello(Hello.read(frame.body), now_us)
                 continue
             self.heard_us = now_us
+            self.way.slots.heard(frame, now_us)
             self._greeting.authentic(self.opener.strange_bytes)
             item = self._sort(frame, now_us)
             if item is not None:
@@ -140,13 +141,14 @@ class CompactLink:
         if self.pairing.is_foreign and kind not in FROZEN:
             return None
         if kind is Kind.MISSING:
-            self._on_missing(frame.body, now_us)
+            for item in [item for item in self._outgoing if len(frame.body) > 1 and item.id == frame.body[0]]:
+                item.heard_account(frame.body[1], now_us)
             return None
         if kind is Kind.REPLY:
             return self._on_reply(frame, now_us)
         if kind in _RELIABLE or kind is Kind.PIECE:
             return self._on_message(frame, now_us)
-        self._other_was_talking(len(frame.body) + OVERHEAD, now_us)
+        self._patience.other_was_talking(self._outgoing, len(frame.body) + OVERHEAD, now_us)
         return frame
 
     def _on_message(self, frame: RadioFrame, now_us: int) -> WholeMessage | None:
@@ -184,22 +186,7 @@ class CompactLink:
         self._finish(item, Reply(found[1], reason))
         return replace(frame, body=body + item.parts[0]) if brief else frame
 
-    def _on_missing(self, body: bytes, now_us: int) -> None:
-        for item in [item for item in self._outgoing if len(body) > 1 and item.id == body[0]]:
-            item.heard_account(body[1])
-            item.next_us = now_us
-
-    def _other_was_talking(self, size: int, now_us: int) -> None:
-        """What we asked while the other end talked was not heard: ask again at once. What was over before is answered after it."""
-        began_us, _ = self.clock.came_us(size, now_us)
-        for item in self._outgoing if self.clock.off_us < now_us else ():
-            item.other_talked(began_us, now_us, self._patience.answer_us())
-
     # ---- out ----------------------------------------------------------------------------------------------------
-
-    def cost_us(self, kind: Kind, payload: bytes) -> int:
-        """Airtime of a message without any repeat."""
-        return sum(self.profile.airtime_us(size) for size in sizes(kind, payload, self.profile.max_frame_bytes))
 
     def submit(self, kind: Kind, payload: bytes, priority: Priority, now_us: int, limit_us: int) -> int:
         """Send a message that must arrive; its outcome comes within ``limit_us``. Returns its number.
@@ -211,12 +198,13 @@ class CompactLink:
             raise ValueError(
                 f"the other end speaks radio format {self.pairing.version}, this one {VERSION}: only Hold and Disarm cross"
             )
-        cost_us = self.cost_us(kind, payload)
+        longest = self.profile.max_frame_bytes
+        cost_us = sum(self.profile.airtime_us(size) for size in sizes(kind, payload, longest))
         if not self.ledger.allows(cost_us, priority, now_us):
             raise ValueError(self.ledger.refusal(cost_us, priority, now_us, self.profile.band_rule.name))
         if len(self._outgoing) >= MAX_OUTGOING:
             raise ValueError("too many orders wait for the radio")
-        pieces = cut(kind, payload, self.profile.max_frame_bytes)
+        pieces = cut(kind, payload, longest)
         item = Transfer(self._next_id, kind, pieces, priority, now_us + limit_us, is_whole=self.pairing.is_foreign)
         self._next_id = (self._next_id + 1) % 256
         if priority <= Priority.COMMAND:
@@ -258,7 +246,7 @@ class CompactLink:
     def take(self, now_us: int) -> bytes:
         """The next frame when the air is ours, b"" otherwise."""
         self._expire(now_us)
-        if now_us < self.way.twice.other_until_us or not self.clock.is_free(now_us, lead_us=self._lead_us(now_us)):
+        if now_us < self.way.other_until_us or not self.clock.is_free(now_us, lead_us=self._lead_us(now_us)):
             return b""
         choices = (self._an_answer, self._a_hello, self._a_stop, self._a_second, self._a_message, self._a_posted)
         return next((frame for choose in choices if (frame := choose(now_us))), b"")
@@ -306,9 +294,15 @@ class CompactLink:
         return self._a_transfer([item for item in self._outgoing if item.priority is Priority.STOP], now_us)
 
     def _a_message(self, now_us: int) -> bytes:
-        if self._awaits_answer(now_us):
+        if await_answer(self._outgoing, now_us):
             return b""
-        owes = self.profile.link.batch == 1 and self._posted.has_state  # it has its time
+        if (
+            self._posted.has(Kind.BEACON)
+            and any(item.is_under_way for item in self._outgoing)
+            and (beacon := self._a_posted(now_us))
+        ):
+            return beacon  # behind the pieces it would come too late, and the vessel take its station for lost
+        owes = self.profile.link.batch == 1 and self._posted.state() is not None  # it has its time
         waits = owes or now_us < max(self._listen_until_us, self.chat_until_us)
         return self._a_transfer([item for item in self._outgoing if item.is_asked_for or not waits], now_us)
 
@@ -350,6 +344,8 @@ class CompactLink:
                 self._patience.asks(item, now_us, self.way.rhythm, pause_us)
             elif self._is_vessel:
                 item.next_us = self.clock.off_us + self._patience.answer_us()
+            else:
+                self.way.slots.sent(item, body)
             return frame
         return b""
 
@@ -362,16 +358,14 @@ class CompactLink:
             return frame
         return b""
 
-    def _awaits_answer(self, now_us: int) -> bool:
-        return any(item.asked and now_us < item.quiet_us for item in self._outgoing)
-
     def _a_posted(self, now_us: int) -> bytes:
-        first = self._posted.first()
-        if first is None or now_us < max(self._listen_until_us, self._greeting.quiet_until_us):
+        has_slot = self.way.slots.is_open(now_us)
+        first = self._posted.state() if has_slot else self._posted.first()
+        if first is None or (not has_slot and now_us < max(self._listen_until_us, self._greeting.quiet_until_us)):
             return b""
         # a message that comes in pieces would have it in its way
-        is_receiving = self.inbox.is_receiving(now_us, _QUIET_PIECES * self._patience.longest_us())
-        if self._awaits_answer(now_us) or is_receiving or self.way.is_quiet(now_us):
+        is_receiving = not has_slot and self.inbox.is_receiving(now_us, _QUIET_PIECES * self._patience.longest_us())
+        if await_answer(self._outgoing, now_us) or is_receiving or self.way.is_quiet(now_us):
             return b""
         if first.kind in STATES and now_us != self.tick_us:
             return b""

@@ -113,3 +113,14 @@ class Patience:
         if 0 < seen_us <= 4 * self.answer_us():
             is_plan = item.kind is Kind.PLAN
             self._slowest_us[is_plan] = max(seen_us, (3 * self._slowest_us[is_plan] + seen_us) // 4)
+
+    def other_was_talking(self, items: list[Transfer], size: int, now_us: int) -> None:
+        """What we asked while the other end talked was not heard: ask again at once. What was over before is answered after it."""
+        began_us, _ = self._clock.came_us(size, now_us)
+        for item in items if self._clock.off_us < now_us else ():
+            item.other_talked(began_us, now_us, self.answer_us())
+
+
+def await_answer(items: list[Transfer], now_us: int) -> bool:
+    """Whether the answer to one of our messages may be on its way."""
+    return any(item.asked and now_us < item.quiet_us for item in items)

@@ -72,6 +72,9 @@ class PostBox:
         """It went out."""
         self._waiting.remove(item)
 
-    @property
-    def has_state(self) -> bool:
-        return any(item.kind in STATES for item in self._waiting)
+    def state(self) -> Posted | None:
+        """The newest state."""
+        return next((item for item in self._waiting if item.kind in STATES), None)
+
+    def has(self, kind: Kind) -> bool:
+        return any(item.kind is kind for item in self._waiting)

@@ -153,6 +153,8 @@ class Reporter:
         self._tell_reached(now_us)
         if self._show_us is not None and now_us >= self._show_us:
             self._show(state, now_us)
+        elif self._link.way.slots.is_open(now_us) and self._may_spend(now_us):
+            self._post_state(state, now_us, Priority.STATE)
         elif self._status_is_new(state, now_us):
             self._status_us = now_us
             if self.profile.link.batch == 1:

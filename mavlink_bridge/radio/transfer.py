@@ -21,7 +21,10 @@ from .codec.frames import RadioFrame, frame_bytes, is_brief
 from .codec.wire import BRIEF_AIMS, BRIEF_HOLD, OVERHEAD, RESULT, Kind
 from .words import shortened
 
-_POLL: Final = 0x80
+POLL: Final = 0x80
+"""In the third byte of a piece: it asks for an answer, or for an account of what has come."""
+PIECE_HEAD: Final = 3
+"""Number of the message, row, and flags."""
 _LENGTH_MARK: Final = b"\x80"
 _REPAIR_MAX: Final = 2.5
 _REPAIR_MIN_SHARE: Final = 1.0 / _REPAIR_MAX
@@ -124,7 +127,7 @@ class Transfer:
             self.left -= 1
         flags = len(self.parts) - 1
         if not self.left:
-            flags |= _POLL
+            flags |= POLL
             self.asked = True
             self.tries += 1
         return Kind.PIECE, bytes((self.id, head, flags)) + body
@@ -166,12 +169,12 @@ class Transfer:
             self.begin_round()
             self.next_us = now_us
 
-    def heard_account(self, arrived: int) -> None:
+    def heard_account(self, arrived: int, now_us: int) -> None:
         """Take the number of rows that the other end has; what is missing is sent with a reserve for what is lost so often."""
         self.arrived = max(self.arrived, arrived)
         share = max(arrived / max(self.sent, 1), _REPAIR_MIN_SHARE)
         self.left = math.ceil((len(self.parts) - self.arrived) / share)
-        self.asked = False
+        self.asked, self.next_us = False, now_us
 
 
 def cut(kind: Kind, payload: bytes, max_frame_bytes: int) -> tuple[bytes, ...]:
@@ -299,7 +302,7 @@ class Inbox:
         """Take a piece: (message, answer, account of the rows when asked for)."""
         if len(body) < 3:
             return None, None, None
-        number, row, poll, count = body[0], body[1], bool(body[2] & _POLL), (body[2] & 0x3F) + 1
+        number, row, poll, count = body[0], body[1], bool(body[2] & POLL), (body[2] & 0x3F) + 1
         known = self._known.get(number)
         if known is not None:
             # it came whole before: its answer was lost, or is still being worked on
