@@ -108,6 +108,23 @@ class PlanSpecification:
     plan_id: int = 0
     """CRC-32 of the canonical items; 0 = no plan."""
 
+    def has_same(self, old: PlanSpecification, seq: int) -> bool:
+        """Whether item ``seq`` is as it was in ``old``."""
+        return seq < len(self.maneuvers) and self.maneuvers[seq : seq + 1] == old.maneuvers[seq : seq + 1]
+
+    def goes_on_from(self, old: PlanSpecification, seq: int) -> bool:
+        """Whether who sails item ``seq`` of ``old`` goes on there: what comes before it is the same, or the place that it leads to is.
+
+        Nothing comes before the first item: another one there is another plan.
+        """
+        if self.maneuvers == old.maneuvers:
+            return True
+        if seq >= len(self.maneuvers):
+            return False
+        if seq and self.maneuvers[:seq] == old.maneuvers[:seq]:
+            return True
+        return self.has_same(old, seq) and isinstance(self.maneuvers[seq], Goto | Loiter)
+
 
 @dataclass(frozen=True, slots=True)
 class FenceArea:

@@ -106,6 +106,39 @@ def test_a_plan_changed_under_way_for_one_far_away_is_not_sailed(voyage):
     assert trip.ask(SetCurrent(1)).reason == ""
 
 
+@pytest.mark.parametrize("paused", [False, True], ids=["under way", "paused"])
+def test_a_current_item_that_was_moved_far_away_is_not_sailed(voyage, paused):
+    trip = voyage(NO_DEPTH)
+    trip.sail(1.5, (20.0, 0.0), (60.0, 0.0), after_s=25.0)
+    assert trip.snapshot.progress.seq == 2
+    if paused:
+        trip.mode(Mode.HOLD)
+    trip.plan(1.5, (20.0, 0.0), FAR)
+    trip.run(5.0)
+    assert paused or trip.snapshot.mode is Mode.HOLD
+    assert "too far" in trip.mode(Mode.AUTO).reason
+    trip.run(30.0)
+    assert trip.distance_m < 70.0
+
+
+def test_a_plan_uploaded_again_while_paused_goes_on_where_it_was(voyage):
+    trip = voyage(NO_DEPTH, "mission.first_distance_m=50")
+    trip.sail(2.5, (40.0, 0.0), (100.0, 0.0), (100.0, 100.0), after_s=35.0)
+    seq = trip.snapshot.progress.seq
+    assert seq >= 2, "beyond the first point"
+    trip.mode(Mode.HOLD)
+    trip.run(3.0)
+    there_m = trip.distance_m
+    for last in ((100.0, 100.0), (100.0, 120.0)):
+        assert trip.plan(2.5, (40.0, 0.0), (100.0, 0.0), last).reason == ""
+        trip.run(1.0)
+        assert (trip.snapshot.progress.state, trip.snapshot.progress.seq) == (PlanState.PAUSED, seq)
+    assert trip.mode(Mode.AUTO).reason == ""
+    trip.run(6.0)
+    assert trip.snapshot.progress.seq >= seq
+    assert trip.distance_m > there_m, "on, not back to the first point"
+
+
 def test_a_plan_that_has_begun_goes_on_wherever_it_was_paused(voyage):
     trip = voyage(NO_DEPTH, "mission.first_distance_m=50", "mission.leg_distance_m=400", "mission.cruise_speed_mps=2.5")
     trip.sail(2.5, (20.0, 0.0), (220.0, 0.0), after_s=40.0)

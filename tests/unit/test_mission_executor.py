@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from hypothesis import given, settings, strategies as st
 
-from companion.core.vehicle.mission import Leg, Mission, MissionConfig, nearest
+from companion.core.vehicle.mission import BEGINS_ANEW, GOES_ON, Leg, Mission, nearest
+from companion.core.vehicle.plan_reach import MissionConfig
 from mavlink_bridge.language.figures import Circle, Hover
 from mavlink_bridge.language.messages import (
     ChangeSpeed,
@@ -180,11 +181,74 @@ def test_a_new_plan_goes_on_at_an_unchanged_item_and_else_starts_over() -> None:
     assert onward.following == point(2, 300), "but toward what follows now"
     made.load(PlanSpecification((point(0), point(1, 90), point(2, 300)), 4))
     assert leg_of(made, 3) is onward
-    made.load(PlanSpecification((point(0), point(1, 95)), 3))
+    made.load(PlanSpecification((point(0, 55), point(1, 90)), 3))
+    assert leg_of(made, 3) is not None
+    assert leg_of(made, 3).maneuver == point(1, 90), "what was passed does not matter to who sails to the same point"
+    made.load(PlanSpecification((point(0, 60), point(1, 95)), 5))
     assert leg_of(made, 4).maneuver.seq == 0
+    assert [text for _, text in made.drain_texts()] == [BEGINS_ANEW]
     made.load(PlanSpecification())
     assert leg_of(made, 5) is None
     assert made.state is PlanState.NO_MISSION
+
+
+def test_a_new_plan_with_the_current_item_moved_goes_on_at_it_from_here() -> None:
+    made = mission(ChangeSpeed(0, 2.2), point(1), point(2, 90), point(3, 120))
+    leg_of(made, 0)
+    finish(made, 1)
+    before = leg_of(made, 2)
+    assert made.load(PlanSpecification((ChangeSpeed(0, 2.2), point(1), point(2, 95), point(3, 120)), 2))
+    moved = leg_of(made, 3)
+    assert moved.maneuver == point(2, 95)
+    assert (moved.previous, moved.speed_mps) == (None, 2.2), "from where the boat is, as fast as before"
+    assert moved.generation != before.generation
+    assert [text for _, text in made.drain_texts()] == [GOES_ON]
+    assert not made.load(PlanSpecification((ChangeSpeed(0, 2.2), point(1)), 3)), "its place is beyond the plan's end"
+    assert leg_of(made, 4).maneuver.seq == 1
+    assert [text for _, text in made.drain_texts()] == [BEGINS_ANEW]
+
+
+def test_a_paused_plan_keeps_its_place_when_it_is_uploaded_again() -> None:
+    made = mission(point(0), point(1, 90), point(2, 120))
+    leg_of(made, 0)
+    finish(made, 1)
+    made.pause()
+    for item, changed in ((point(2, 120), False), (point(2, 300), False)):
+        assert made.load(PlanSpecification((point(0), point(1, 90), item), 2))
+        assert (made.state, made.seq, made.is_changed) == (PlanState.PAUSED, 1, changed)
+    assert list(made.drain_texts()) == []
+    assert made.load(PlanSpecification((point(0), point(1, 95), point(2, 300)), 3))
+    assert (made.state, made.seq, made.is_changed) == (PlanState.PAUSED, 1, True)
+    made.start()
+    assert leg_of(made, 3).maneuver == point(1, 95)
+    made.pause()
+    assert not made.load(PlanSpecification((point(0, 51), point(1, 96)), 4))
+    assert (made.state, made.seq, made.is_changed) == (PlanState.NOT_STARTED, 0, False)
+
+
+def test_a_jump_counts_on_where_it_is_the_same_and_anew_where_it_is_not() -> None:
+    made = mission(point(0), point(1, 90), Jump(2, 0, 2))
+    for now_s in range(0, 6, 2):
+        leg_of(made, now_s)
+        finish(made, now_s + 1)
+    assert leg_of(made, 6).maneuver.seq == 1, "in the second lap"
+    made.load(PlanSpecification((point(0), point(1, 95), Jump(2, 0, 2)), 2))
+    sailed = []
+    for now_s in range(8, 20, 2):
+        leg = leg_of(made, now_s)
+        if leg is not None:
+            sailed.append(leg.maneuver.seq)
+            finish(made, now_s + 1)
+    assert sailed == [1, 0, 1], "one lap is left"
+
+
+def test_another_first_item_of_a_paused_plan_is_another_plan() -> None:
+    made = mission(point(0), point(1, 90))
+    leg_of(made, 0)
+    made.pause()
+    assert not made.load(PlanSpecification((point(0, 5_000), point(1, 90)), 2))
+    assert made.state is PlanState.NOT_STARTED
+    assert list(made.drain_texts()) == [], "it begins where it would have begun"
 
 
 def test_pause_keeps_the_item_and_start_goes_on_with_it() -> None:

@@ -21,7 +21,7 @@ from mavlink_bridge.mavlink.missions.plan_rules import DEFAULT_LIMITS, PlanLimit
 from mavlink_bridge.plans import PlanFile, PlanFileError, read_plan, seed_json
 
 from ...core.hull.statics import top_speed_mps
-from ...core.vehicle.mission import MissionConfig
+from ...core.vehicle.plan_reach import MissionConfig
 from ...io.whole_file import write_whole
 from ...settings import ConfigError, Settings, load, load_vessel
 from ..numbers import number, positive

@@ -15,9 +15,8 @@ from mavlink_bridge.plans import PlanFile
 
 from ...core.guard.fence import Fence, FenceConfig
 from ...core.guide import GuidanceConfig
-from ...core.vehicle.mission import MissionConfig
 from ...core.vehicle.plan_fence import PlanFence, Trespass
-from ...core.vehicle.plan_reach import long_legs
+from ...core.vehicle.plan_reach import MissionConfig, long_legs
 
 
 def refusals(plan: PlanFile, limits: PlanLimits) -> list[str]:

@@ -25,8 +25,8 @@ from ..guard.monitors import MonitorConfig
 from ..guide import GuidanceConfig
 from ..steer import SteeringConfig
 from ..traffic import TrafficConfig
-from .mission import MissionConfig
 from .navigator import ModeConfig
+from .plan_reach import MissionConfig
 
 
 class SystemConfig(Config):

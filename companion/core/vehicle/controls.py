@@ -129,7 +129,8 @@ class Controls:
 
     def load_plan(self, plan: PlanSpecification) -> None:
         sails = self.armed and self.parts.navigator.mode is Mode.AUTO and self.parts.mission.state is PlanState.ACTIVE
-        self.parts.mission.load(plan)
+        if self.parts.mission.load(plan):
+            self.parts.plan_reach.goes_on(plan)
         if sails and not plan.maneuvers:
             self.voice.say(Severity.INFO, "the plan was cleared: keeping station here")
         legs = plan_legs(plan.maneuvers, self.here, self.config.guidance.loiter_radius_m)
@@ -192,7 +193,8 @@ class Controls:
     def reach_refusal(self, first: int, *, under_way: bool = False) -> str:
         """Return why the plan lies too far away to be sailed from item ``first`` on, or an empty string."""
         mission = self.parts.mission
-        goes_on = first == mission.seq and mission.state in (PlanState.PAUSED, PlanState.ACTIVE)
+        is_there = first == mission.seq and mission.state in (PlanState.PAUSED, PlanState.ACTIVE)
+        goes_on, under_way = is_there and not mission.is_changed, under_way or (is_there and mission.is_changed)
         return self.parts.plan_reach.refusal(
             mission.plan, first, self.state, mission.home, goes_on=goes_on, under_way=under_way
         )

@@ -32,36 +32,7 @@ from mavlink_bridge.language.messages import (
 from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.units import wrap_pi
 
-from ..config import Config, param
-
-
-class MissionConfig(Config):
-    """How plans are sailed."""
-
-    cruise_speed_mps: float = param(1.5, "CRUISE_SPEED", "Speed when a plan names none", unit="m/s", ge=0.1, le=20.0)
-    approach_factor: float = param(
-        4.0, "APPR_FACTOR", "An approach may last this many times its nominal time", unit="", ge=1.5, le=100.0
-    )
-    approach_extra_s: float = param(
-        120.0, "APPR_EXTRA", "Time added to every approach's limit", unit="s", ge=10.0, le=3600.0
-    )
-    first_distance_m: float = param(
-        1000.0,
-        "MIS_DIST_1WP",
-        "The item that is to be sailed when Auto is started lies within this",
-        unit="m",
-        ge=10.0,
-        le=100_000.0,
-    )
-    """About what a person oversees from the pier, and what PX4 stores under this name (900 m). Farther: see `far_plan`."""
-    leg_distance_m: float = param(
-        5000.0, "MIS_DIST_WPS", "Longest leg of a plan that Auto starts", unit="m", ge=10.0, le=100_000.0
-    )
-    """An hour at cruise speed without a waypoint. Farther: see `far_plan`."""
-    far_plan: int = param(
-        0, "PLAN_FAR_OK", "Number of the one plan that may be sailed however far away it lies", ge=0, le=999_999
-    )
-    """The vessel's text names it. It counts for that plan only, and is 0 again as soon as another plan is loaded."""
+from .plan_reach import MissionConfig
 
 
 class GuidanceReport(Protocol):
@@ -100,6 +71,10 @@ _EXIT_RAD: Final = 0.15
 """A circle is left where it points to the next item within 9 degrees: the corner that is left over is sailed in a moment."""
 
 
+BEGINS_ANEW: Final = "the new plan begins at its first item: what comes before the current one is another"
+GOES_ON: Final = "the new plan goes on at its current item, which is another: its leg begins here"
+
+
 class Mission:
     """Executes one plan. Time and position come as arguments; nothing here raises on a plan's contents."""
 
@@ -110,6 +85,8 @@ class Mission:
         """Items of the plan."""
         self.state = PlanState.NO_MISSION
         self.seq = 0
+        self.is_changed = False
+        """Whether the current item was changed since it was begun: that it was near then says nothing of where it is now."""
         self.home: LatLon | None = None
         self.rally: tuple[LatLon, ...] = ()
         self.utc_s_of_day: float | None = None
@@ -138,21 +115,29 @@ class Mission:
         """Take new settings; they count from the next leg on."""
         self.config = config
 
-    def load(self, plan: PlanSpecification) -> None:
-        """Replace the plan. A running plan goes on at the same item when that item is unchanged, else from the start."""
-        running = self.state is PlanState.ACTIVE
-        same = (
-            self.seq < min(self.total, len(plan.maneuvers))
-            and self.plan.maneuvers[self.seq] == plan.maneuvers[self.seq]
-        )
+    def load(self, plan: PlanSpecification) -> bool:
+        """Replace the plan. One that is under way or paused goes on where it is if that still means the same, else from the start.
+
+        Returns whether it goes on.
+        """
+        old, seq = self.plan, self.seq
+        was_begun = self.state in (PlanState.ACTIVE, PlanState.PAUSED)
+        goes_on = was_begun and bool(plan.maneuvers) and plan.goes_on_from(old, seq)
         self.plan, self.total = plan, len(plan.maneuvers)
         self._last = None
         if not plan.maneuvers:
             self._forget(PlanState.NO_MISSION)
-        elif not (running and same):
-            self._forget(PlanState.ACTIVE if running else PlanState.NOT_STARTED)
+        elif not goes_on:
+            self._forget(PlanState.ACTIVE if self.state is PlanState.ACTIVE else PlanState.NOT_STARTED)
+            if was_begun and seq:
+                self._texts.append((Severity.WARNING, BEGINS_ANEW))
         else:
+            self._jumps = {number: done for number, done in self._jumps.items() if plan.has_same(old, number)}
+            if seq < self.total and not plan.has_same(old, seq):
+                self._leg, self._sailed_to, self.is_changed = None, None, True
+                self._texts.append((Severity.INFO, GOES_ON))
             self._look_onward()
+        return goes_on
 
     def start(self, first: int | None = None, last: int | None = None) -> str:
         """Run from ``first`` (None: from the current item; a plan that runs goes on as it is) to ``last`` (None: the end).
@@ -203,7 +188,7 @@ class Mission:
                 self.state = PlanState.NOT_STARTED
         if self._last is not None and seq > self._last:
             self._last = None
-        self.seq = seq
+        self.seq, self.is_changed = seq, False
         self._leg = None
         self._sailed_to = None
         return ""
@@ -260,7 +245,7 @@ class Mission:
 
     def _forget(self, state: PlanState) -> None:
         self.state = state
-        self.seq = 0
+        self.seq, self.is_changed = 0, False
         self._leg = None
         self._jumps.clear()
         self._speed_mps = None
@@ -379,7 +364,7 @@ class Mission:
         is_there = self._on_path_us is not None if isinstance(item, Loiter) else self._arrived_us is not None
         goes_round = isinstance(item, Loiter) and not isinstance(item.figure, Hover)
         self._ended_at = point if is_there and not goes_round else None
-        self._leg = None
+        self._leg, self.is_changed = None, False
         self.seq += 1
 
     def _complete(self) -> None:

@@ -19,13 +19,42 @@ from mavlink_bridge.language.geodesy import LocalFrame, at_most_m, inverse
 from mavlink_bridge.language.messages import EstimatedState, Goto, Jump, Loiter, Maneuver, PlanSpecification
 from mavlink_bridge.language.points import LatLon
 
-from .mission import MissionConfig
+from ..config import Config, param
 
 PLAN_NUMBERS: Final = 999_983
 """A prime below a million: a number of six digits crosses as REAL32 exactly, and is read out over a voice radio."""
 
 
 FAR_OK: Final = "PLAN_FAR_OK"
+
+
+class MissionConfig(Config):
+    """How plans are sailed."""
+
+    cruise_speed_mps: float = param(1.5, "CRUISE_SPEED", "Speed when a plan names none", unit="m/s", ge=0.1, le=20.0)
+    approach_factor: float = param(
+        4.0, "APPR_FACTOR", "An approach may last this many times its nominal time", unit="", ge=1.5, le=100.0
+    )
+    approach_extra_s: float = param(
+        120.0, "APPR_EXTRA", "Time added to every approach's limit", unit="s", ge=10.0, le=3600.0
+    )
+    first_distance_m: float = param(
+        1000.0,
+        "MIS_DIST_1WP",
+        "The item that is to be sailed when Auto is started lies within this",
+        unit="m",
+        ge=10.0,
+        le=100_000.0,
+    )
+    """About what a person oversees from the pier, and what PX4 stores under this name (900 m). Farther: see `far_plan`."""
+    leg_distance_m: float = param(
+        5000.0, "MIS_DIST_WPS", "Longest leg of a plan that Auto starts", unit="m", ge=10.0, le=100_000.0
+    )
+    """An hour at cruise speed without a waypoint. Farther: see `far_plan`."""
+    far_plan: int = param(
+        0, "PLAN_FAR_OK", "Number of the one plan that may be sailed however far away it lies", ge=0, le=999_999
+    )
+    """The vessel's text names it. It counts for that plan only, and is 0 again as soon as another plan is loaded."""
 
 
 def plan_number(plan_id: int) -> int:
@@ -105,6 +134,11 @@ class PlanReach:
         """A plan was started here."""
         if state.lat_rad is not None and state.lon_rad is not None:
             self._begun = plan.maneuvers, LatLon((state.lat_rad, state.lon_rad))
+
+    def goes_on(self, plan: PlanSpecification) -> None:
+        """A plan has taken the place of the one that was begun, and goes on where that one is."""
+        if self._begun is not None:
+            self._begun = plan.maneuvers, self._begun[1]
 
     def _first(
         self,

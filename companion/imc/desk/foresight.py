@@ -13,8 +13,7 @@ from mavlink_bridge.mavlink.missions.plan_mapping import compile_items
 from mavlink_bridge.mavlink.missions.plan_rules import plan_id
 from mavlink_bridge.mavlink.telemetry.numbering import named_text
 
-from ...core.vehicle.mission import MissionConfig
-from ...core.vehicle.plan_reach import FAR_OK, PlanReach, plan_number, speed_refusal
+from ...core.vehicle.plan_reach import FAR_OK, MissionConfig, PlanReach, plan_number, speed_refusal
 from .plan import Plan
 
 
