@@ -117,6 +117,33 @@ def test_stops_when_the_way_to_stop_reaches_the_margin_and_not_before():
     assert not made.check(state(58.0, speed=2.0, course=math.pi), 5.0).flags.fence_ahead, "sailing inward"
 
 
+def test_by_hand_no_stop_is_promised_and_what_stops_it_is_told():
+    made = fence(square(60.0), turn_s=0.0)
+    texts = []
+    for north_m in range(20, 80):
+        for _ in range(10):
+            out = made.check(state(float(north_m), speed=2.0), 5.0, straight_m=math.inf, by_hand=True)
+            texts += [text for _, text in out.texts]
+            assert out.status.stops_in_m is None
+    assert not [text for text in texts if "Stops in" in text or "stopping" in text]
+    assert texts == [
+        "Fence: Manual goes on through it; stop within 24 m",
+        "Fence in 7.0 m: Manual goes on through it; the sticks stop it, or order Hold",
+        "Outside the fence by 0.0 m",
+    ]
+    back = made.check(state(53.0, speed=2.0), 5.0)
+    assert [text for _, text in back.texts][-1] == "Fence in 7.0 m: stopping", "another mode does stop"
+
+
+def test_outside_no_stop_is_foretold():
+    made = fence(disc(0.0, 0.0, 60.0))
+    for course in (0.0, math.pi):
+        for _ in range(11):
+            out = made.check(state(80.0, speed=2.0, course=course), 5.0, straight_m=math.inf)
+            assert out.status.stops_in_m is None
+            assert not [text for _, text in out.texts if text.startswith("Stops in")]
+
+
 def test_sailing_along_the_edge_is_allowed():
     made = fence(square(50.0))
     assert not made.check(state(48.0, 0.0, 2.0, math.pi / 2.0), 5.0).flags.fence_ahead

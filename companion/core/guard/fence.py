@@ -42,6 +42,11 @@ _STEPS: Final = 24
 """Steps of the march to the edge; each is as long as the water is clear, so a straight course needs two or three."""
 
 
+STOPPING: Final = "stopping"
+MANUAL: Final = "Manual goes on through it"
+BY_HAND: Final = f"{MANUAL}; the sticks stop it, or order Hold"
+
+
 class FenceConfig(Config):
     """How the fence acts; the areas themselves come by the mission protocol."""
 
@@ -163,7 +168,9 @@ class Fence:
         self._region: Region | None = None
         self._origin: LatLon | None = None
         self._status = FenceStatus()
-        self._stopping = self._told = False
+        self._asked = ""
+        """What was told when the fence began to ask for a stop; empty while it does not."""
+        self._told = False
         self._stops_in_m: float | None = None
         self._looks = 0
         self._clear = FenceOutput(self._status)
@@ -214,11 +221,13 @@ class Fence:
         state: EstimatedState,
         stopping_distance_m: float,
         straight_m: float | None = None,
+        *,
+        by_hand: bool = False,
     ) -> FenceOutput:
         """Hold the vessel and the way it needs to stop against the fence.
 
         ``stopping_distance_m``: at the present speed. ``straight_m``: how far the vessel is going to keep its course; None =
-        it turns already.
+        it turns already. ``by_hand``: manual control goes on whatever the fence asks, so no stop is promised.
         """
         region = self._laid_out(state) if self.enabled else None
         if region is None or state.x_m is None or state.y_m is None:
@@ -230,10 +239,12 @@ class Fence:
         stop = inside_m >= 0.0 and self._must_stop(
             region, here, inside_m, state=state, stopping_distance_m=stopping_distance_m
         )
-        if stop and not self._stopping:
-            texts.append((Severity.WARNING, f"Fence in {inside_m:.1f} m: stopping"))
-        self._stopping = stop
-        texts += self._foretell(region, here, state, stopping_distance_m, None if stop else straight_m)
+        asks = (BY_HAND if by_hand else STOPPING) if stop else ""
+        if asks and asks != self._asked:
+            texts.append((Severity.WARNING, f"Fence in {inside_m:.1f} m: {asks}"))
+        self._asked = asks
+        ahead_m = None if stop or inside_m < 0.0 else straight_m
+        texts += self._foretell(region, here, state, stopping_distance_m, straight_m=ahead_m, by_hand=by_hand)
         return FenceOutput(self._status, FenceFlags(stop, self._status.breached), tuple(texts))
 
     def _foretell(
@@ -242,7 +253,9 @@ class Fence:
         here: NorthEast,
         state: EstimatedState,
         stopping_distance_m: float,
+        *,
         straight_m: float | None,
+        by_hand: bool,
     ) -> list[tuple[Severity, str]]:
         """Say after how much more way on this course the fence will ask for a stop."""
         texts: list[tuple[Severity, str]] = []
@@ -259,8 +272,9 @@ class Fence:
                 self._told = False
             elif not self._told and found < speed_mps * _TOLD_S:
                 self._told = True
-                texts.append((Severity.WARNING, f"Stops in {found:.0f} m: fence"))
-        self._status = replace(self._status, stops_in_m=None if straight_m is None else self._stops_in_m)
+                by_itself, sticks = f"Stops in {found:.0f} m: fence", f"Fence: {MANUAL}; stop within {found:.0f} m"
+                texts.append((Severity.WARNING, sticks if by_hand else by_itself))
+        self._status = replace(self._status, stops_in_m=None if straight_m is None or by_hand else self._stops_in_m)
         return texts
 
     def _way(self, state: EstimatedState, course_rad: float, run_m: float) -> tuple[NorthEast, NorthEast, NorthEast]:
@@ -287,7 +301,7 @@ class Fence:
         return None
 
     def _nothing(self) -> FenceOutput:
-        self._stopping = self._told = False
+        self._asked, self._told = "", False
         self._stops_in_m = None
         if self._status is not self._clear.status:
             self._status = FenceStatus(breach_count=self._status.breach_count)

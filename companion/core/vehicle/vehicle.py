@@ -258,7 +258,8 @@ class Vehicle:
             controls.break_off()
         run_m = controls.stopping_distance_m(state.sog_mps or 0.0) if parts.fence.enabled else 0.0
         is_steered = controls.armed and before.verdict.result.action < Action.HOLD
-        fence = parts.fence.check(state, run_m, straight_m=_straight_m(course) if is_steered else None)
+        ahead_m = _straight_m(course) if is_steered else None
+        fence = parts.fence.check(state, run_m, straight_m=ahead_m, by_hand=parts.navigator.mode is Mode.MANUAL)
         controls.voice.say_all(fence.texts)
         told = parts.plan_fence.step(sensed.now_us, parts.mission.plan, state, controls.config.guidance.loiter_radius_m)
         if told is not None:
