@@ -27,6 +27,7 @@ from mavlink_bridge.radio.codec.request import crosses
 from mavlink_bridge.radio.memory import KeptLedger
 from mavlink_bridge.radio.session import NONCE_BYTES
 from mavlink_bridge.radio.shore import ShoreTwin
+from mavlink_bridge.radio.shore.room import most_items
 from mavlink_bridge.radio.shore.showing import Showing
 
 from .core.config import Config
@@ -170,7 +171,8 @@ class Gateway:
             give_up_s=self.profile.link.command_s + 5.0,
         )
         # the radio gives up sooner, and says so; what it leaves to the vessel's states it adds to its time
-        timing = MissionTiming(hold_us=400_000, store_us=round(2 * self.profile.link.upload_s * 1e6))
+        store_us = round(2 * self.profile.link.upload_s * 1e6)
+        timing = MissionTiming(hold_us=400_000, store_us=store_us, most_items=most_items(self.profile))
 
         def met(system_id: int, persona: str) -> None:
             warning = self.keeper.met(item.name)

@@ -24,7 +24,7 @@ from .hello import Greeting
 from .patience import ANSWER_BYTES, Patience, await_answer
 from .posted import STATES, PostBox, Posted
 from .session import Hello, Pairing, Session
-from .transfer import Inbox, Transfer, TransferOutcome, WholeMessage, cut, read_reply, sizes
+from .transfer import Inbox, Transfer, TransferOutcome, WholeMessage, cut, most_bytes, read_reply, sizes
 from .voice import RadioVoice
 from .way_clear import WayClear
 
@@ -198,7 +198,10 @@ class CompactLink:
             raise ValueError(
                 f"the other end speaks radio format {self.pairing.version}, this one {VERSION}: only Hold and Disarm cross"
             )
-        longest = self.profile.max_frame_bytes
+        longest, most = self.profile.max_frame_bytes, most_bytes(self.profile, limit_us)
+        if len(payload) > most:
+            share = 100 * most // len(payload)
+            raise ValueError(f"too long for the radio ({len(payload)} bytes): about {share} % of it would pass")
         cost_us = sum(self.profile.airtime_us(size) for size in sizes(kind, payload, longest))
         if not self.ledger.allows(cost_us, priority, now_us):
             raise ValueError(self.ledger.refusal(cost_us, priority, now_us, self.profile.band_rule.name))

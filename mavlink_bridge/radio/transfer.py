@@ -14,7 +14,7 @@ from typing import Final
 from zlib import crc32
 
 from ..language.requests import Reply, Result
-from .air import Priority
+from .air import Priority, RadioProfile
 from .codec import erasure
 from .codec.bits import BitsError
 from .codec.frames import RadioFrame, frame_bytes, is_brief
@@ -200,6 +200,13 @@ def sizes(kind: Kind, payload: bytes, max_frame_bytes: int) -> list[int]:
     if len(pieces) == 1:
         return [frame_bytes(kind, b"\0" + payload)]
     return [len(piece) + OVERHEAD + 3 for piece in pieces]
+
+
+def most_bytes(profile: RadioProfile, limit_us: int) -> int:
+    """How long a message may be that can cross within the time where nothing is lost."""
+    longest, gap_us = profile.max_frame_bytes, round(profile.link.gap_ms * 1e3)
+    pieces = min(erasure.MAX_PIECES, limit_us // (profile.airtime_us(longest) + gap_us))
+    return max(pieces * (longest - OVERHEAD - PIECE_HEAD) - 1 - len(_LENGTH_MARK), longest - OVERHEAD - 1)
 
 
 @dataclass(frozen=True, slots=True)

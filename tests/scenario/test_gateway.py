@@ -254,6 +254,18 @@ def test_a_plan_of_another_endpoint_waits_until_the_one_on_the_air_is_aboard(tmp
     assert aboard == [point(1)[8], point(2)[8]]
 
 
+def test_more_items_than_the_hour_can_hold_are_refused_before_the_first_is_asked_for(tmp_path):
+    shore = Shore(tmp_path, "radio.profile=n-0.1", persona="generic")
+    shore.run(60.0)
+    shore.messages.clear()
+    assert upload(shore, *[point(number) for number in range(800)], seconds=2.0) == 4, "no space"
+    assert not shore.of("MISSION_REQUEST_INT")
+    assert any("800 items" in message.text and "fit" in message.text for _, message in shore.of("STATUSTEXT"))
+    shore = Shore(tmp_path, persona="generic")
+    shore.run(60.0)
+    assert upload(shore, *[point(number) for number in range(800)], seconds=120.0) == 0, "a straight line is short"
+
+
 def test_signed_stations_only(tmp_path):
     shore = Shore(tmp_path)
     key = tmp_path / "signing.key"

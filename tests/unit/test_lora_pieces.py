@@ -1,6 +1,7 @@
 """Long messages that end half way: they hinder nobody, and leave nothing behind."""
 
 import random
+import re
 
 from mavlink_bridge.language.requests import PlanItem, PlanKind, Result
 from mavlink_bridge.radio.codec.frames import Sealer
@@ -111,6 +112,20 @@ def test_a_disarming_aboard_is_shown_while_a_long_plan_comes():
     rig.run(8.0)
     assert not rig.replies, "the plan is still on its way"
     assert not rig.twin.state.armed
+
+
+def test_a_plan_that_is_too_long_for_its_time_is_refused_at_once_with_what_would_pass():
+    rig = settled()
+    items = scattered(829)
+    before = rig.twin.link.voice.bytes_out
+    took_s, reply = rig.ask(compiled(items))
+    assert reply.result is Result.DENIED
+    assert took_s < 1.0
+    assert rig.twin.link.voice.bytes_out == before, "no air is spent on it"
+    share = int(re.search(r"about (\d+) % of it would pass", reply.reason)[1])
+    assert 10 < share < 50
+    _, reply = rig.ask(compiled(items[: 829 * share // 100 - 1]))
+    assert reply.result is Result.ACCEPTED, "so much does pass"
 
 
 def test_a_short_plan_is_not_held_up_by_states():

@@ -161,7 +161,7 @@ class MissionServer:
         kind = kind_of(message.mission_type)
         if kind is None:
             return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
-        most = self.limits.max_items + (self.offset if kind is PlanKind.MISSION else 0)
+        most = min(self.limits.max_items, self.timing.most_items) + (self.offset if kind is PlanKind.MISSION else 0)
         if message.count > most:
             self._say(Severity.WARNING, f"{_NAMES[kind]} refused: {message.count} items, {most} fit")
             return [self._ack(sender, message.mission_type, MissionResult.NO_SPACE, now_us)]

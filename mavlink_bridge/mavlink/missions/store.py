@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from ...language.requests import PlanItem, PlanKind, Reply
+from .plan_rules import MAX_ITEMS
 from .upload import MAX_WINDOW, Upload
 
 Sender = tuple[int, int]
@@ -26,6 +27,8 @@ class MissionTiming:
     """Most requests under way at once; 1 on a half-duplex link."""
     store_us: int | None = 30_000_000
     """How long the vessel may take to store a plan before the sender is told that it failed; None: for ever."""
+    most_items: int = MAX_ITEMS
+    """Items that may cross to the vessel at best: more are refused before the first one is asked for."""
     hold_us: int | None = None
     """Ask for the last two items in turn this often (0.4 s) until ``finish``, so that the sender goes on waiting."""
     hold_single_us: int = 1_800_000

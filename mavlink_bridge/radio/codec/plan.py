@@ -21,6 +21,8 @@ from .bits import BitReader, BitsError, BitWriter, float_bits
 from .wire import PLAN_COMMANDS, PLAN_FRAMES, PLAN_KIND
 
 MAX_ITEMS: Final = 2000
+LEAST_BITS: Final = 4
+"""What an item takes at least: a command without a place that differs in nothing from the one before it."""
 _NAN: Final = float("nan")
 _EXPECTED: Final[dict[int, tuple[int, tuple[float, float, float, float]]]] = {
     Cmd.WAYPOINT: (3, (0.0, 0.0, 0.0, _NAN)),
