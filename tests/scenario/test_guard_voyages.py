@@ -141,3 +141,16 @@ def test_a_sounder_lost_at_five_metres_closing_is_acted_on_within_a_second_by_de
     )
     assert took_s <= 1.0
     assert least_altitude(trip, 60.0) >= 3.85
+
+
+def test_a_boat_that_goes_slow_without_a_sounder_is_told_of_once_and_stays_slow(voyage):
+    """Slow, the limit was far in time again: fast, slow, fast, slow, told each time, until control was said to oscillate."""
+    trip = voyage(*SLOPE, "world.bottom.depth_m=13", "world.bottom.slope.gradient=0.05")
+    trip.sail(2.0, (400.0, 0.0))
+    trip.until(lambda: trip.truth.depth_m - KEEL_M < 9.0, 150.0)
+    trip.faults.depth_silent = True
+    trip.until(lambda: (trip.snapshot.desired.speed_mps or 9.0) <= 0.5, 40.0)
+    trip.run(60.0)
+    assert sum(text.startswith("Sounder lost while the bottom closes") for text in trip.texts) == 1
+    assert (trip.snapshot.desired.speed_mps or 0.0) <= 0.5
+    assert not any("oscillates" in text for text in trip.texts)

@@ -217,7 +217,7 @@ class DepthAhead:
         if reckoned is None or source.out_of_reach or config.unknown_policy == "ignore":
             return look
         look = self._by_rate(*reckoned, speed_mps, stopping_distance_fn)
-        if look.left_s is None or look.left_s > _BLIND_WARN * config.warn_s:
+        if look.left_s is None or (look.left_s > _BLIND_WARN * config.warn_s and not self._blind):
             return replace(look, left_s=None)
         slow_mps = min(config.unknown_speed_mps, look.slow_to_mps or config.unknown_speed_mps)
         return replace(look, slow_to_mps=slow_mps, why="sounder lost over a closing bottom", blind=True)
