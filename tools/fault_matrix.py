@@ -89,6 +89,7 @@ ROWS: Final[dict[int, tuple[str, str]]] = {
         "compass repeats one heading",
         "told and not used once the vessel has turned by 25 to 30 degrees; then as row 30",
     ),
+    66: ("sounder says its range when it hears no bottom", "never deep water: as a sounder that falls silent"),
 }
 
 ABSENT: Final = {

@@ -163,6 +163,8 @@ class SensorFaults:
     depth_silent: bool = False
     depth_no_bottom: bool = False
     depth_bias_m: float = 0.0
+    depth_says_range: bool = False
+    """The sounder hears no bottom, and says the end of its range instead of nothing."""
     weeks_off: int = 0
     """Weeks by which the receiver's date is behind; 1024 is the roll-over."""
     utc_blank: bool = False

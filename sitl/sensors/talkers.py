@@ -284,7 +284,8 @@ class SensorSuite:
         raise ValueError(f"the simulated receiver sends no {talker}{kind}")
 
     def _depth(self, truth: Truth) -> bytes:
-        return write.depth("SD", self.config.depth_sentence, self._echo(truth), self._transducer_m, self._range_m)
+        said_m = self._range_m if self.faults.depth_says_range else self._echo(truth)
+        return write.depth("SD", self.config.depth_sentence, said_m, self._transducer_m, self._range_m)
 
     def _echo(self, truth: Truth) -> float | None:
         """Distance from the transducer to the bottom straight below, as long as that lies inside the cone.

@@ -122,6 +122,8 @@ class DepthGuard:
         self.utc_s = 0
         """The time that soundings are remembered with, seconds since 1970; 0 = unknown. Whoever knows it sets it."""
         self._ahead = DepthAhead(config, self.memory, geometry)
+        self._trouble = ""
+        """What was told of the sounder last."""
         self.configure(config)
 
     def configure(self, config: DepthGuardConfig) -> None:
@@ -209,7 +211,7 @@ class DepthGuard:
         if not self._enabled:
             self.state, self._shallow = UNKNOWN, False
             return GuardOutput(UNKNOWN, altitude_m, self.input.raw_m, None)
-        texts: list[tuple[Severity, str]] = []
+        texts = self._told_of_sounder(altitude_m)
         self._doubts = False
         entered = self._advance(altitude_m, texts, loops_active, self._ahead.leads_back(state, path_ahead, _BACK_M))
         abort = (loops_active and entered) or self._refused
@@ -334,6 +336,18 @@ class DepthGuard:
         if new is CORRECTION:
             return Severity.WARNING, f"{body}: correction manoeuvre allowed"
         return Severity.INFO, f"{body}: good"
+
+    def _told_of_sounder(self, altitude_m: float | None) -> list[tuple[Severity, str]]:
+        """Tell what is wrong with the sounder once it costs the altitude, and that it is over."""
+        told, is_telling = self._trouble, altitude_m is None
+        if self.input.trouble == told or (self.input.trouble and not is_telling):
+            return []
+        if self._config.unknown_policy == "ignore" and not self._config.required:
+            return []
+        self._trouble = self.input.trouble
+        if self._trouble:
+            return [(Severity.WARNING, self._trouble)]
+        return [(Severity.INFO, "Sounder believed again")]
 
     def _lost_for_s(self, now_us: int) -> float | None:
         """For how long the altitude, which is missing, has been in a way that matters, s; None when it is not."""

@@ -30,6 +30,8 @@ _MEDIAN_MAX: Final = 9
 """Half of it is the delay: four readings, 0.4 s at 10 Hz."""
 _FAR_SHARE: Final = 0.8
 """A reading from here to the end of the range may be the range itself, not the bottom."""
+_END_SHARE: Final = 0.99
+"""From here on it is the range itself: some sounders say it, or its nearest digit, when they hear no bottom."""
 _SURE_US: Final = 5_000_000
 """So long must the bottom be heard nearer than the end of the range before it counts as found."""
 _BREAK_US: Final = 2_500_000
@@ -99,6 +101,12 @@ class DepthInput:
         self._stale_us = 0
         self._reach = _Reach()
         self._scale = _Scale()
+        self._near_m: float | None = None
+        """Distance of the last believed reading, m."""
+        self.trouble = ""
+        """Why readings are not believed, in words; empty when they are."""
+        self._is_ranging = False
+        """The last reading was the sounder's range."""
         self.configure(config)
 
     def configure(self, config: DepthInputConfig) -> None:
@@ -124,18 +132,15 @@ class DepthInput:
             self.rejected += 1
             return ()
         self.raw_m = reading.value_m
-        gated = self.gated
-        if gated is not None and reading.t_us <= gated.t_us:
+        if self.gated is not None and reading.t_us <= self.gated.t_us:
             return ()
-        passed = self._gate(gated, reading, 0.0 if state is None else state.sog_mps or 0.0)
+        assert distance.value_m is not None
+        if self._is_disbelieved(distance.value_m, limit_m):
+            self.rejected += 1
+            return ()
+        passed = self._gate(self.gated, reading, 0.0 if state is None else state.sog_mps or 0.0)
         if passed:
-            for item in passed:
-                self._times_us.append(item.t_us)
-                self._values_m.append(item.value_m)
-            del self._times_us[:-_MEDIAN_MAX], self._values_m[:-_MEDIAN_MAX]
-            self.gated = passed[-1]
-            self._filter()
-            assert distance.value_m is not None
+            self._take(passed, distance.value_m)
             reach_m = self._range_max_m if self._scale.changes(stated_m) else limit_m
             self._reach.note(distance.t_us, distance.value_m > _FAR_SHARE * reach_m)
         return passed
@@ -161,6 +166,27 @@ class DepthInput:
         A few echoes from above it (fish, a second echo) do not count as having found it again, nor far ones as deep water.
         """
         return self._reach.far
+
+    def _is_disbelieved(self, distance_m: float, limit_m: float) -> bool:
+        """Whether a reading is the range, said for no bottom."""
+        near_m = self._near_m
+        was_ranging, at_end = self._is_ranging, distance_m >= _END_SHARE * limit_m
+        self._is_ranging = near_m is not None and at_end and near_m <= _FAR_SHARE * limit_m
+        if self._is_ranging:
+            if not was_ranging:
+                self.trouble = f"Sounder says its range, {distance_m:.0f} m, after {near_m:.1f} m: no bottom heard"
+            return True
+        return False
+
+    def _take(self, passed: tuple[Altitude, ...], distance_m: float) -> None:
+        """Believe readings."""
+        for item in passed:
+            self._times_us.append(item.t_us)
+            self._values_m.append(item.value_m)
+        del self._times_us[:-_MEDIAN_MAX], self._values_m[:-_MEDIAN_MAX]
+        self.gated, self._near_m = passed[-1], distance_m
+        self._filter()
+        self.trouble = ""
 
     def _convert(
         self, distance: Distance, state: EstimatedState | None, range_max_m: float, transducer_m: float

@@ -1,0 +1,66 @@
+"""A sounder that lies up a slope: it says its range. The boat stops as without a sounder."""
+
+from __future__ import annotations
+
+import pytest
+
+from mavlink_bridge.language.messages import Action, Mode
+
+KEEL_M = 0.35
+LIMIT_M = 3.85
+"""What the guard keeps on a slope with a sound sounder (test_depth_slopes)."""
+CASES = [
+    ("depth_says_range", True, "Sounder says its range, 100 m, after "),
+]
+
+
+def slope(gradient, depth_m=20.0, start_m=20.0):
+    return (
+        "world.bottom.mounds=[]",
+        f"world.bottom.depth_m={depth_m}",
+        "world.bottom.slope.bearing_deg=0",
+        f"world.bottom.slope.start_m={start_m}",
+        f"world.bottom.slope.gradient={gradient}",
+    )
+
+
+def lied_to(voyage, fault, value, gradient, speed_mps, *more, seed=1):
+    """Sail up a slope with a sounder that begins to lie at 9 m; return the voyage and the least true altitude."""
+    start_m = 20.0 if gradient > 0.1 else 10.0
+    trip = voyage(*slope(gradient, 9.6 + 40.0 * gradient, start_m), *more, seed=seed)
+    trip.sail(speed_mps, (400.0, 0.0))
+    trip.until(lambda: trip.truth.depth_m - KEEL_M < 8.9, 120.0)
+    setattr(trip.faults, fault, value)
+    least_m = trip.truth.depth_m
+    for _ in range(round(20.0 * min(150.0, 60.0 + 4.0 / gradient))):
+        trip.step()
+        least_m = min(least_m, trip.truth.depth_m - KEEL_M)
+    return trip, least_m
+
+
+@pytest.mark.parametrize(("gradient", "speed_mps"), [(0.15, 1.5), (0.3, 1.5), (0.08, 2.0)])
+@pytest.mark.parametrize(("fault", "value", "told"), CASES, ids=[case[0] for case in CASES])
+def test_row_66_a_sounder_that_lies_over_a_closing_bottom_stops_the_boat_where_the_limit_would_be(
+    voyage, measured, fault, value, told, gradient, speed_mps
+):
+    """Believed, the boat sailed on until she was aground, with the guard's OK."""
+    trip, least_m = lied_to(voyage, fault, value, gradient, speed_mps)
+    assert least_m >= LIMIT_M
+    assert trip.snapshot.mode is Mode.HOLD
+    assert trip.snapshot.action >= Action.HOLD
+    assert sum(text.startswith(told) for text in trip.texts) == 1
+    assert sum(text.startswith("Sounder lost while the bottom closes") for text in trip.texts) == 1, "told once"
+    assert any("sounder lost over a closing bottom" in text for text in trip.texts)
+    row = 66 + [case[0] for case in CASES].index(fault)
+    measured(row, f"1:{1 / gradient:.0f} at {speed_mps} m/s: stopped with {least_m:.1f} m under the keel")
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", range(1, 7))
+@pytest.mark.parametrize("hz", [10.0, 2.0])
+@pytest.mark.parametrize(("gradient", "speed_mps"), [(0.15, 1.5), (0.3, 1.5), (0.08, 2.0)])
+@pytest.mark.parametrize(("fault", "value", "told"), CASES, ids=[case[0] for case in CASES])
+def test_sounders_that_lie_for_many_seeds(voyage, fault, value, told, gradient, speed_mps, hz, seed):
+    trip, least_m = lied_to(voyage, fault, value, gradient, speed_mps, f"world.sensors.depth_hz={hz}", seed=seed)
+    assert least_m >= 3.5, "as with a sounder that falls silent: the slope is known as well as it was measured"
+    assert any(text.startswith(told) for text in trip.texts)
