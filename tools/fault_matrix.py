@@ -90,6 +90,10 @@ ROWS: Final[dict[int, tuple[str, str]]] = {
         "told and not used once the vessel has turned by 25 to 30 degrees; then as row 30",
     ),
     66: ("sounder says its range when it hears no bottom", "never deep water: as a sounder that falls silent"),
+    67: (
+        "sounder hears the second echo",
+        "doubted where the bottom was closing, as a sounder that falls silent; a true edge believed after 10 to 25 m",
+    ),
 }
 
 ABSENT: Final = {

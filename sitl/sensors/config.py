@@ -165,6 +165,8 @@ class SensorFaults:
     depth_bias_m: float = 0.0
     depth_says_range: bool = False
     """The sounder hears no bottom, and says the end of its range instead of nothing."""
+    depth_echoes_below_m: float = 0.0
+    """With less than this below it the sounder hears the second echo, from twice the distance."""
     weeks_off: int = 0
     """Weeks by which the receiver's date is behind; 1024 is the roll-over."""
     utc_blank: bool = False

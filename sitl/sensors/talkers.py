@@ -307,6 +307,8 @@ class SensorSuite:
             if self._rng.random() < outlier:
                 distance_m *= self._rng.choice((0.3, 0.5, 2.0))
         distance_m += self.faults.depth_bias_m
+        if distance_m < self.faults.depth_echoes_below_m:
+            distance_m = 2.0 * distance_m + self._transducer_m
         return distance_m if blanking_m <= distance_m <= self._range_m else None
 
     def _spoil(self, sent: list[bytes]) -> list[bytes]:

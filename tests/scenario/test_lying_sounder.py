@@ -1,16 +1,17 @@
-"""A sounder that lies up a slope: it says its range. The boat stops as without a sounder."""
+"""A sounder that lies up a slope: it says its range, or hears the second echo. The boat stops as without a sounder."""
 
 from __future__ import annotations
 
 import pytest
 
-from mavlink_bridge.language.messages import Action, Mode
+from mavlink_bridge.language.messages import Action, GuardState, Mode
 
 KEEL_M = 0.35
 LIMIT_M = 3.85
 """What the guard keeps on a slope with a sound sounder (test_depth_slopes)."""
 CASES = [
     ("depth_says_range", True, "Sounder says its range, 100 m, after "),
+    ("depth_echoes_below_m", 9.0, "Sounder jumped to "),
 ]
 
 
@@ -40,7 +41,7 @@ def lied_to(voyage, fault, value, gradient, speed_mps, *more, seed=1):
 
 @pytest.mark.parametrize(("gradient", "speed_mps"), [(0.15, 1.5), (0.3, 1.5), (0.08, 2.0)])
 @pytest.mark.parametrize(("fault", "value", "told"), CASES, ids=[case[0] for case in CASES])
-def test_row_66_a_sounder_that_lies_over_a_closing_bottom_stops_the_boat_where_the_limit_would_be(
+def test_row_66_67_a_sounder_that_lies_over_a_closing_bottom_stops_the_boat_where_the_limit_would_be(
     voyage, measured, fault, value, told, gradient, speed_mps
 ):
     """Believed, the boat sailed on until she was aground, with the guard's OK."""
@@ -64,3 +65,22 @@ def test_sounders_that_lie_for_many_seeds(voyage, fault, value, told, gradient, 
     trip, least_m = lied_to(voyage, fault, value, gradient, speed_mps, f"world.sensors.depth_hz={hz}", seed=seed)
     assert least_m >= 3.5, "as with a sounder that falls silent: the slope is known as well as it was measured"
     assert any(text.startswith(told) for text in trip.texts)
+
+
+@pytest.mark.parametrize(("drop_m", "within_m"), [(12.5, 35.0), (30.0, 20.0)], ids=["twice", "far more"])
+def test_a_true_edge_into_deep_water_is_believed_after_a_bounded_way(voyage, drop_m, within_m):
+    """Up a slope, then over the edge of a level: at twice the depth it might be a second echo, for 25 m; deeper, for 10 m."""
+    trip = voyage(*slope(0.05, 16.0, 0.0))
+    trip.sail(1.5, (300.0, 0.0))
+    trip.until(lambda: trip.truth.depth_m < 12.0, 120.0)
+    edge_m, level_m = trip.truth.north_m, trip.truth.depth_m + drop_m
+    while trip.snapshot.guard is not GuardState.OK or (trip.snapshot.state.alt_m or 0.0) < 18.0:
+        trip.faults.depth_bias_m = level_m - trip.truth.depth_m
+        trip.step()
+        assert trip.truth.north_m - edge_m < within_m
+    assert any(text.startswith("Sounder jumped to ") and "doubted" in text for text in trip.texts)
+    assert "Sounder believed again" in trip.texts
+    trip.run(1.0)
+    assert trip.snapshot.mode is Mode.AUTO
+    trip.run(10.0)
+    assert "depth_lost" not in trip.snapshot.causes

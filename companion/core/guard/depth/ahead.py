@@ -20,7 +20,17 @@ from ...hull.geometry import HullGeometry
 from .config import DepthGuardConfig
 from .grid import DepthGrid
 from .input import Altitude, DepthInput, reading_sigma_m
-from .lookahead import Ahead, ClosingRate, PathAhead, StoppingDistance, sample, slow_speed_mps, strays, way_ahead
+from .lookahead import (
+    LONG_WINDOWS,
+    Ahead,
+    ClosingRate,
+    PathAhead,
+    StoppingDistance,
+    sample,
+    slow_speed_mps,
+    strays,
+    way_ahead,
+)
 from .lost import LostBottom
 from .memory import DepthMemory
 
@@ -43,6 +53,12 @@ _REST: Final = 3
 _REST_S: Final = 0.3
 """Looks, and at most how long they take at 10 Hz, for which clear water around is taken as still clear."""
 _SOUNDED: Final = "sounded before"
+_LATELY_US: Final = 5_000_000
+"""A slope that was proven so shortly before the last reading is still being sailed up: on gentle ones noise hides it at times."""
+_LONG_US: Final = 60_000_000
+"""Of the bottom this long after the last reading its slope says nothing."""
+_SLOPE_MPS: Final = 0.3
+"""Slower, a slope is a change of depth over a way of nearly nothing."""
 _NO_WORSE_M: Final = 0.1
 """Two soundings that differ by this may be of the same water."""
 
@@ -71,12 +87,18 @@ class DepthAhead:
     def __init__(self, config: DepthGuardConfig, memory: DepthMemory | None, geometry: HullGeometry) -> None:
         self._keel_m, self._beam_m = geometry.keel_m, geometry.beam_m
         self.map: DepthGrid | None = None
+        self.utc_s = 0
+        """Now, seconds since 1970; 0 = unknown. Whoever knows it sets it."""
         self._memory = memory
         self.correcting = False
         """A correction may use the water down to the lock; what was sounded there on the way in must not bar the way out."""
         self.configure(config)
-        self._closing = ClosingRate()
-        self._lost = LostBottom()
+        self._closing, self._trend = ClosingRate(), ClosingRate(LONG_WINDOWS)
+        self._lost, self._before = LostBottom(), LostBottom()
+        """Reckoned on from the last altitude; and from before the readings that are doubted."""
+        self._slope = 0.0
+        self._steepest_us = self._sloped_us = self._noted_us = -_LONG_US
+        """When the slope was at its steepest of late, when there was one, and when there was a reading."""
         self._good_track: deque[NorthEast] = deque(maxlen=200)
         self._stopping = self._warned = self._blind = False
         self._rest = 0
@@ -113,12 +135,42 @@ class DepthAhead:
         north, east = path[-1][0] - state.x_m, path[-1][1] - state.y_m
         return north * (good[0] - state.x_m) + east * (good[1] - state.y_m) > 0.0
 
-    def note(self, passed: Sequence[Altitude]) -> None:
+    def note(self, passed: Sequence[Altitude], speed_mps: float = 0.0) -> None:
         """Take the readings that passed the gate; several at once are a confirmed jump, which starts the rate anew."""
         if len(passed) > 1:
             self._closing.forget()
+            self._trend.forget()
+            self._slope = 0.0
         for reading in passed:
-            self._closing.add(reading, reading_sigma_m(self._sigma_m, reading.value_m))
+            sigma_m = reading_sigma_m(self._sigma_m, reading.value_m)
+            self._closing.add(reading, sigma_m)
+            self._trend.add(reading, sigma_m)
+            self._noted_us = reading.t_us
+        likely_mps = self._closing.likely_mps or self._trend.likely_mps
+        if passed and likely_mps > 0.0 and speed_mps > _SLOPE_MPS:
+            self._sloped_us = self._noted_us
+            slope = likely_mps / speed_mps
+            if slope >= self._slope or self._noted_us - self._steepest_us > _LATELY_US:
+                self._slope, self._steepest_us = slope, self._noted_us
+
+    def slope(self, t_us: int) -> float:
+        """By how much the bottom rose for each metre sailed, as far as that was proven lately; 0 = it did not rise."""
+        is_lately = self._noted_us - self._sloped_us <= _LATELY_US and t_us - self._noted_us <= _LONG_US
+        return self._slope if is_lately else 0.0
+
+    def known_altitude_m(self, state: EstimatedState | None) -> float | None:
+        """Altitude here by chart or memory, the lesser; None = neither knows the place."""
+        if state is None or state.lat_rad is None or state.lon_rad is None or not self._by_map_too:
+            return None
+        here_rad = state.lat_rad, state.lon_rad
+        charted_m = None if self.map is None else self.map.depth_at(*here_rad)
+        sounded_m = None if self._memory is None else self._memory.known_m(*here_rad, self.utc_s)
+        known = [
+            depth_m + offset_m
+            for depth_m, offset_m in ((charted_m, self._map_offset_m), (sounded_m, self._datum_offset_m))
+            if depth_m is not None
+        ]
+        return min(known, default=None)
 
     def look(
         self,
@@ -210,10 +262,11 @@ class DepthAhead:
         if altitude_m is not None:
             now_m = altitude_m - closing_mps * source.lag_s(now_us)
             self._lost.seen(now_us, now_m, self._closing.likely_mps, speed_mps)
+            self._before.seen(now_us, now_m, self.slope(now_us) * speed_mps, speed_mps)
             if closing_mps > 0.0:
                 look = self._by_rate(now_m, closing_mps, speed_mps, stopping_distance_fn)
             return self._confirmed(look, now_us)
-        reckoned = self._lost.reckon(now_us, speed_mps)
+        reckoned = (self._before if source.is_disputed else self._lost).reckon(now_us, speed_mps)
         if reckoned is None or source.out_of_reach or config.unknown_policy == "ignore":
             return look
         look = self._by_rate(*reckoned, speed_mps, stopping_distance_fn)

@@ -121,7 +121,7 @@ class DepthGuard:
         """What has been sounded, now and on earlier voyages."""
         self.utc_s = 0
         """The time that soundings are remembered with, seconds since 1970; 0 = unknown. Whoever knows it sets it."""
-        self._ahead = DepthAhead(config, self.memory, geometry)
+        self._ahead = self.input.bottom = DepthAhead(config, self.memory, geometry)
         self._trouble = ""
         """What was told of the sounder last."""
         self.configure(config)
@@ -139,8 +139,9 @@ class DepthGuard:
 
     def measure(self, distance: Distance, state: EstimatedState | None, source: int | None = 0) -> None:
         """Take one echo-sounder reading of the sensor link ``source``; None: it came over MAVLink."""
+        self._ahead.utc_s = self.utc_s
         passed = self.input.measure(distance, state, source)
-        self._ahead.note(passed)
+        self._ahead.note(passed, 0.0 if state is None else state.sog_mps or 0.0)
         self._evidence.note(passed)
         if self.memory is not None and state is not None:
             for reading in passed:

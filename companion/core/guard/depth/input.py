@@ -17,6 +17,8 @@ from mavlink_bridge.language.value import value
 
 from ...config import Config, param
 from ...hull.geometry import HullGeometry
+from .deep_jump import DeepJump
+from .known import KnownBottom, Unknown, is_much_deeper
 
 _FAST_SPAN_US: Final = 1_000_000
 """A median may span a second and no more, whatever the sounder's rate: at 3 m/s that is a boat's length or two."""
@@ -34,6 +36,10 @@ _END_SHARE: Final = 0.99
 """From here on it is the range itself: some sounders say it, or its nearest digit, when they hear no bottom."""
 _SURE_US: Final = 5_000_000
 """So long must the bottom be heard nearer than the end of the range before it counts as found."""
+_BACK_US: Final = 60_000_000
+"""A depth that is read again so soon after a jump away from it is the bottom, and the jump was the echo of something above it."""
+_BACK_SHARE: Final = 0.25
+"""By so much of itself it may have changed meanwhile."""
 _BREAK_US: Final = 2_500_000
 """A silence that starts this anew; a sounder of 1 Hz may miss one reading."""
 
@@ -103,6 +109,11 @@ class DepthInput:
         self._scale = _Scale()
         self._near_m: float | None = None
         """Distance of the last believed reading, m."""
+        self._left: tuple[int, float] | None = None
+        """When a jump left a bottom that had been believed, and its distance, m."""
+        self._jump = DeepJump()
+        self.bottom: KnownBottom = Unknown()
+        """What else is known of the bottom. Whoever knows it sets it."""
         self.trouble = ""
         """Why readings are not believed, in words; empty when they are."""
         self._is_ranging = False
@@ -135,10 +146,14 @@ class DepthInput:
         if self.gated is not None and reading.t_us <= self.gated.t_us:
             return ()
         assert distance.value_m is not None
-        if self._is_disbelieved(distance.value_m, limit_m):
+        if self._is_disbelieved(reading, distance.value_m, limit_m, state):
             self.rejected += 1
             return ()
+        is_alone = not self._held
         passed = self._gate(self.gated, reading, 0.0 if state is None else state.sog_mps or 0.0)
+        if passed and self._doubts(passed, distance.value_m, state, is_alone=is_alone):
+            self.rejected += 1
+            return ()
         if passed:
             self._take(passed, distance.value_m)
             reach_m = self._range_max_m if self._scale.changes(stated_m) else limit_m
@@ -160,6 +175,11 @@ class DepthInput:
         return (now_us - self._middle_us) / 1e6
 
     @property
+    def is_disputed(self) -> bool:
+        """Whether there are readings, and they are not believed."""
+        return self._is_ranging or self._jump.is_doubted
+
+    @property
     def out_of_reach(self) -> bool:
         """True when the bottom was near the end of the range: losing it there is normal.
 
@@ -167,8 +187,10 @@ class DepthInput:
         """
         return self._reach.far
 
-    def _is_disbelieved(self, distance_m: float, limit_m: float) -> bool:
-        """Whether a reading is the range, said for no bottom."""
+    def _is_disbelieved(
+        self, reading: Altitude, distance_m: float, limit_m: float, state: EstimatedState | None
+    ) -> bool:
+        """Whether a reading cannot be of the bottom, before it is compared with the one before it."""
         near_m = self._near_m
         was_ranging, at_end = self._is_ranging, distance_m >= _END_SHARE * limit_m
         self._is_ranging = near_m is not None and at_end and near_m <= _FAR_SHARE * limit_m
@@ -176,16 +198,62 @@ class DepthInput:
             if not was_ranging:
                 self.trouble = f"Sounder says its range, {distance_m:.0f} m, after {near_m:.1f} m: no bottom heard"
             return True
+        jump = self._jump
+        if not jump.is_doubted:
+            return False
+        if jump.refuses(reading.t_us, distance_m, state):
+            return True
+        if jump.is_proven:
+            self.gated = None
         return False
+
+    def _known_m(self, reading: Altitude, distance_m: float, state: EstimatedState | None) -> float | None:
+        """What chart or memory say is below the transducer here, m."""
+        known_m = self.bottom.known_altitude_m(state)
+        return None if known_m is None else known_m + distance_m - reading.value_m
+
+    def _doubts(
+        self, passed: tuple[Altitude, ...], distance_m: float, state: EstimatedState | None, *, is_alone: bool
+    ) -> bool:
+        """Whether what agrees with others like it, or comes after a silence, is so much deeper that it may be no bottom."""
+        near_m, gated, reading = self._near_m, self.gated, passed[-1]
+        if gated is None or near_m is None or not is_much_deeper(distance_m, near_m):
+            return False
+        if is_alone and reading.t_us - gated.t_us <= self._stale_us:
+            return False
+        if self._is_back(reading.t_us, distance_m):
+            return False
+        slope = self.bottom.slope(reading.t_us) or self._jump.slope_before(reading.t_us)
+        here_m = self._known_m(reading, distance_m, state)
+        # A chart that was far off before the jump vouches for nothing.
+        is_apart = here_m is None or is_much_deeper(here_m, near_m) or is_much_deeper(near_m, here_m)
+        is_known = here_m is not None and not is_apart and is_much_deeper(distance_m, here_m)
+        if slope <= 0.0 and not is_known:
+            return False
+        self._jump.begin(gated.t_us, near_m, distance_m, slope)
+        self._jump.refuses(reading.t_us, distance_m, state)
+        why = f"{near_m:.1f} m that closed" if slope > 0.0 else f"{near_m:.1f} m that is known here"
+        self.trouble = f"Sounder jumped to {distance_m:.1f} m from {why}: doubted, second echo?"
+        return True
+
+    def _is_back(self, t_us: int, distance_m: float) -> bool:
+        """Whether a bottom is read again that a jump has left lately."""
+        if self._left is None:
+            return False
+        left_us, left_m = self._left
+        return t_us - left_us <= _BACK_US and abs(distance_m - left_m) <= _BACK_SHARE * left_m
 
     def _take(self, passed: tuple[Altitude, ...], distance_m: float) -> None:
         """Believe readings."""
+        if len(passed) > 1 and self._near_m is not None:
+            self._left = passed[-1].t_us, self._near_m
         for item in passed:
             self._times_us.append(item.t_us)
             self._values_m.append(item.value_m)
         del self._times_us[:-_MEDIAN_MAX], self._values_m[:-_MEDIAN_MAX]
         self.gated, self._near_m = passed[-1], distance_m
         self._filter()
+        self._jump.end()
         self.trouble = ""
 
     def _convert(

@@ -26,6 +26,8 @@ DepthAt = Callable[[float, float], float | None]
 
 _WINDOWS: Final = ((1.0, 5.0), (2.0, 4.0), (4.0, 3.5))
 """Length in s, and how many sigma a rate must stand clear of the noise: the short one sees a wall, the long one a slope."""
+LONG_WINDOWS: Final = ((8.0, 4.0), (16.0, 4.0))
+"""The same for a slope that is only to be known: a sounder of 1 Hz proves one of 1:50 no sooner."""
 _LEAST_READINGS: Final = 4
 """A line through fewer is drawn by one false reading."""
 _TRIM: Final = 100
@@ -42,8 +44,8 @@ _ASTRAY_RAD: Final = 0.6
 class ClosingRate:
     """How fast the altitude falls, m/s, as far as the readings prove it."""
 
-    def __init__(self) -> None:
-        self._lines = [_Line(round(seconds * 1e6), sigmas) for seconds, sigmas in _WINDOWS]
+    def __init__(self, windows: Sequence[tuple[float, float]] = _WINDOWS) -> None:
+        self._lines = [_Line(round(seconds * 1e6), sigmas) for seconds, sigmas in windows]
         self._entries: list[tuple[int, int, int, int, int]] = []
         """Time of each reading, and the sums over all before it: times, values, squared times, times by values.
 

@@ -19,7 +19,7 @@ from mavlink_bridge.language.messages import EstimatedState
 
 from ...config import Config, param
 from .shelf import TileShelf
-from .tiles import TILE_BYTES, Cell, CellKey, Geometry, TileKey, cells, get, put, sound, tile_of
+from .tiles import PASS_S, TILE_BYTES, Cell, CellKey, Geometry, TileKey, cells, get, put, sound, tile_of
 
 _PROVEN: Final = 2.0
 """Sigma of the mean by which a cell must be too shallow before it stops anybody."""
@@ -201,6 +201,18 @@ class DepthMemory:
                     if depth_m is not None and (least_m is None or depth_m < least_m):
                         least_m = depth_m
         return least_m
+
+    def known_m(self, lat_rad: float, lon_rad: float, utc_s: int) -> float | None:
+        """The shallow side of what was sounded in the cell of a place on an earlier pass, m below datum; None = nothing.
+
+        What is sounded now vouches for nothing: a false echo is remembered too. ``utc_s`` as in ``note``.
+        """
+        cell = self.geometry.cell_of(lat_rad, lon_rad)
+        tile = self._tiles.get(tile_of(cell))
+        found = None if tile is None else get(tile, cell)
+        if found is None or not utc_s or not found.last_s or utc_s - found.last_s < PASS_S:
+            return None
+        return found.robust_m(self._noise_m(found))
 
     def plane(self, state: EstimatedState, cells_aside: int) -> Callable[[float, float], float | None]:
         """``shoal_at`` in the plane of a state with a position: (north, east) in m to depth."""

@@ -23,7 +23,7 @@ _COUNT_MAX: Final = 1000
 """More soundings than this weigh no more: a bottom that changes is learnt in the end."""
 _TWICE: Final = 0x8000
 """A bit of a cell's count, which needs ten of its sixteen: a tile of the first releases has it clear."""
-_PASS_S: Final = 60
+PASS_S: Final = 60
 """A sounding so long after the newest one before it belongs to another pass: no false echo, no wobble along an edge lasts so."""
 _CM_MAX: Final = 32767
 """The most that 16 bits hold."""
@@ -84,7 +84,7 @@ class Cell(NamedTuple):
         apart_m = later.least_m - self.least_m
         if abs(apart_m) > alike_m:
             return self.is_twice if apart_m > 0.0 else later.is_twice
-        is_another = bool(self.last_s and later.last_s) and later.last_s - self.last_s >= _PASS_S
+        is_another = bool(self.last_s and later.last_s) and later.last_s - self.last_s >= PASS_S
         return is_another or self.is_twice or later.is_twice
 
     def joined(self, other: Cell, alike_m: float = 0.0) -> Cell:
