@@ -94,6 +94,10 @@ ROWS: Final[dict[int, tuple[str, str]]] = {
         "sounder hears the second echo",
         "doubted where the bottom was closing, as a sounder that falls silent; a true edge believed after 10 to 25 m",
     ),
+    68: (
+        "sounder repeats one depth",
+        "told; where the bottom was closing, or chart or memory know less water: as a sounder that falls silent",
+    ),
 }
 
 ABSENT: Final = {

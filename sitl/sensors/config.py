@@ -163,6 +163,8 @@ class SensorFaults:
     depth_silent: bool = False
     depth_no_bottom: bool = False
     depth_bias_m: float = 0.0
+    depth_frozen: bool = False
+    """The sounder repeats its last reading."""
     depth_says_range: bool = False
     """The sounder hears no bottom, and says the end of its range instead of nothing."""
     depth_echoes_below_m: float = 0.0

@@ -124,6 +124,7 @@ class SensorSuite:
         self._waiting: deque[_Sample] = deque()
         self._held: _Sample | None = None
         self._held_psi = self._held_rate = 0.0
+        self._held_depth: float | None = None
         self._stuck_epoch: list[bytes] | None = None
         self._latency_us = round(config.fix_latency_s * 1e6)
         self._heading_sigma = math.radians(self._figures.heading_white_deg)
@@ -284,8 +285,9 @@ class SensorSuite:
         raise ValueError(f"the simulated receiver sends no {talker}{kind}")
 
     def _depth(self, truth: Truth) -> bytes:
-        said_m = self._range_m if self.faults.depth_says_range else self._echo(truth)
-        return write.depth("SD", self.config.depth_sentence, said_m, self._transducer_m, self._range_m)
+        if not self.faults.depth_frozen:
+            self._held_depth = self._range_m if self.faults.depth_says_range else self._echo(truth)
+        return write.depth("SD", self.config.depth_sentence, self._held_depth, self._transducer_m, self._range_m)
 
     def _echo(self, truth: Truth) -> float | None:
         """Distance from the transducer to the bottom straight below, as long as that lies inside the cone.

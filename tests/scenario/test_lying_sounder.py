@@ -1,4 +1,4 @@
-"""A sounder that lies up a slope: it says its range, or hears the second echo. The boat stops as without a sounder."""
+"""A sounder that lies up a slope: it repeats itself, says its range, or hears the second echo. The boat stops as without a sounder."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ LIMIT_M = 3.85
 CASES = [
     ("depth_says_range", True, "Sounder says its range, 100 m, after "),
     ("depth_echoes_below_m", 9.0, "Sounder jumped to "),
+    ("depth_frozen", True, "Sounder repeats "),
 ]
 
 
@@ -41,7 +42,7 @@ def lied_to(voyage, fault, value, gradient, speed_mps, *more, seed=1):
 
 @pytest.mark.parametrize(("gradient", "speed_mps"), [(0.15, 1.5), (0.3, 1.5), (0.08, 2.0)])
 @pytest.mark.parametrize(("fault", "value", "told"), CASES, ids=[case[0] for case in CASES])
-def test_row_66_67_a_sounder_that_lies_over_a_closing_bottom_stops_the_boat_where_the_limit_would_be(
+def test_row_66_67_68_a_sounder_that_lies_over_a_closing_bottom_stops_the_boat_where_the_limit_would_be(
     voyage, measured, fault, value, told, gradient, speed_mps
 ):
     """Believed, the boat sailed on until she was aground, with the guard's OK."""
@@ -65,6 +66,31 @@ def test_sounders_that_lie_for_many_seeds(voyage, fault, value, told, gradient, 
     trip, least_m = lied_to(voyage, fault, value, gradient, speed_mps, f"world.sensors.depth_hz={hz}", seed=seed)
     assert least_m >= 3.5, "as with a sounder that falls silent: the slope is known as well as it was measured"
     assert any(text.startswith(told) for text in trip.texts)
+
+
+def test_the_sounder_is_believed_when_it_speaks_again(voyage):
+    trip = voyage(*slope(0.05, 14.0))
+    trip.sail(1.5, (400.0, 0.0))
+    trip.until(lambda: trip.truth.depth_m < 10.0, 90.0)
+    trip.faults.depth_frozen = True
+    trip.until(lambda: trip.snapshot.guard is GuardState.UNKNOWN, 10.0)
+    trip.run(3.0)
+    trip.faults.depth_frozen = False
+    trip.until(lambda: trip.snapshot.guard is GuardState.OK, 6.0)
+    trip.run(1.0)
+    assert trip.snapshot.mode is Mode.AUTO
+    assert "Sounder believed again" in trip.texts
+
+
+def test_over_a_level_bottom_a_sounder_that_repeats_itself_is_told_and_nothing_else(voyage):
+    trip = voyage("world.bottom.kind=flat", "world.bottom.depth_m=9.0")
+    trip.sail(1.5, (400.0, 0.0), after_s=15.0)
+    trip.faults.depth_frozen = True
+    trip.run(30.0)
+    assert sum(text.startswith("Sounder repeats ") and text.endswith("look at it") for text in trip.texts) == 1
+    assert trip.snapshot.mode is Mode.AUTO
+    assert trip.snapshot.action is Action.NONE
+    assert trip.snapshot.guard is GuardState.OK
 
 
 @pytest.mark.parametrize(("drop_m", "within_m"), [(12.5, 35.0), (30.0, 20.0)], ids=["twice", "far more"])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import random
+
 import pytest
 
 from companion.core.guard.depth.config import DepthGuardConfig
@@ -143,6 +145,17 @@ def test_after_a_silence_a_second_echo_is_doubted():
     line.sail(10.0, up(0.05))
     line.sail(7.0, lambda _: None)
     assert not line.sail(10.0, up(0.05, times=2.0))
+
+
+def test_a_sounder_that_repeats_itself_where_the_chart_knows_less_water_is_not_believed():
+    line = Line(Bottom(known_m=12.0))
+    rng = random.Random(1)
+    line.sail(20.0, lambda _: round(12.0 + rng.gauss(0.0, 0.05), 2))
+    assert line.sail(10.0, lambda _: 12.05)[-1] == 12.05
+    assert line.chain.trouble.endswith("look at it")
+    line.chain.bottom = Bottom(known_m=5.0)
+    assert not line.sail(5.0, lambda _: 12.05)
+    assert line.chain.trouble.endswith("not believed until it changes")
 
 
 def test_the_guard_tells_once_what_is_wrong_and_that_it_is_over():

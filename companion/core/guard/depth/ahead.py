@@ -95,7 +95,7 @@ class DepthAhead:
         self.configure(config)
         self._closing, self._trend = ClosingRate(), ClosingRate(LONG_WINDOWS)
         self._lost, self._before = LostBottom(), LostBottom()
-        """Reckoned on from the last altitude; and from before the readings that are doubted."""
+        """Reckoned on from the last altitude; and from before the readings that repeat themselves or are doubted."""
         self._slope = 0.0
         self._steepest_us = self._sloped_us = self._noted_us = -_LONG_US
         """When the slope was at its steepest of late, when there was one, and when there was a reading."""
@@ -262,7 +262,10 @@ class DepthAhead:
         if altitude_m is not None:
             now_m = altitude_m - closing_mps * source.lag_s(now_us)
             self._lost.seen(now_us, now_m, self._closing.likely_mps, speed_mps)
-            self._before.seen(now_us, now_m, self.slope(now_us) * speed_mps, speed_mps)
+            if source.repeats:
+                self._before.reckon(now_us, speed_mps)
+            else:
+                self._before.seen(now_us, now_m, self.slope(now_us) * speed_mps, speed_mps)
             if closing_mps > 0.0:
                 look = self._by_rate(now_m, closing_mps, speed_mps, stopping_distance_fn)
             return self._confirmed(look, now_us)

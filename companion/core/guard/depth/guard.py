@@ -339,8 +339,8 @@ class DepthGuard:
         return Severity.INFO, f"{body}: good"
 
     def _told_of_sounder(self, altitude_m: float | None) -> list[tuple[Severity, str]]:
-        """Tell what is wrong with the sounder once it costs the altitude, and that it is over."""
-        told, is_telling = self._trouble, altitude_m is None
+        """Tell what is wrong with the sounder once it costs the altitude, or never will by itself; and that it is over."""
+        told, is_telling = self._trouble, altitude_m is None or self.input.is_stuck
         if self.input.trouble == told or (self.input.trouble and not is_telling):
             return []
         if self._config.unknown_policy == "ignore" and not self._config.required:

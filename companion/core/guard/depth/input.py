@@ -19,6 +19,7 @@ from ...config import Config, param
 from ...hull.geometry import HullGeometry
 from .deep_jump import DeepJump
 from .known import KnownBottom, Unknown, is_much_deeper
+from .repeated import RepeatedDepth
 
 _FAST_SPAN_US: Final = 1_000_000
 """A median may span a second and no more, whatever the sounder's rate: at 3 m/s that is a boat's length or two."""
@@ -111,13 +112,13 @@ class DepthInput:
         """Distance of the last believed reading, m."""
         self._left: tuple[int, float] | None = None
         """When a jump left a bottom that had been believed, and its distance, m."""
-        self._jump = DeepJump()
+        self._repeated, self._jump = RepeatedDepth(), DeepJump()
         self.bottom: KnownBottom = Unknown()
         """What else is known of the bottom. Whoever knows it sets it."""
         self.trouble = ""
-        """Why readings are not believed, in words; empty when they are."""
-        self._is_ranging = False
-        """The last reading was the sounder's range."""
+        """Why readings are not believed, or should be looked at, in words; empty when there is nothing to say."""
+        self._distrusts = self._is_ranging = False
+        """What is repeated is not believed; the last reading was the sounder's range."""
         self.configure(config)
 
     def configure(self, config: DepthInputConfig) -> None:
@@ -162,7 +163,7 @@ class DepthInput:
 
     def altitude_m(self, now_us: int) -> float | None:
         """The filtered altitude, m; None when too few readings are fresh."""
-        if self.gated is None or now_us - self.gated.t_us > self._stale_us:
+        if self.gated is None or self._distrusts or now_us - self.gated.t_us > self._stale_us:
             return None
         return self._filtered_m
 
@@ -175,9 +176,19 @@ class DepthInput:
         return (now_us - self._middle_us) / 1e6
 
     @property
+    def repeats(self) -> bool:
+        """Whether the last reading was the one before, which is normal for a while."""
+        return self._repeated.repeats
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether it has been for longer than a sounder that hears can."""
+        return self._repeated.is_stuck
+
+    @property
     def is_disputed(self) -> bool:
         """Whether there are readings, and they are not believed."""
-        return self._is_ranging or self._jump.is_doubted
+        return self._distrusts or self._is_ranging or self._jump.is_doubted
 
     @property
     def out_of_reach(self) -> bool:
@@ -198,6 +209,10 @@ class DepthInput:
             if not was_ranging:
                 self.trouble = f"Sounder says its range, {distance_m:.0f} m, after {near_m:.1f} m: no bottom heard"
             return True
+        slope, speed_mps = self.bottom.slope(reading.t_us), 0.0 if state is None else state.sog_mps or 0.0
+        self._repeated.hear(reading.t_us, distance_m, speed_mps, slope)
+        if self._judge_repeated(reading, distance_m, state):
+            return True
         jump = self._jump
         if not jump.is_doubted:
             return False
@@ -206,6 +221,19 @@ class DepthInput:
         if jump.is_proven:
             self.gated = None
         return False
+
+    def _judge_repeated(self, reading: Altitude, distance_m: float, state: EstimatedState | None) -> bool:
+        """Whether a reading repeats what the bottom contradicts; one that only should be looked at is told of."""
+        repeated = self._repeated
+        if not repeated.is_stuck:
+            self._distrusts = False
+            return False
+        if not self._distrusts:
+            here_m = self._known_m(reading, distance_m, state)
+            self._distrusts = repeated.was_closing or (here_m is not None and is_much_deeper(distance_m, here_m))
+            ends = "not believed until it changes" if self._distrusts else "look at it"
+            self.trouble = f"Sounder repeats {distance_m:.2f} m while the boat moves: {ends}"
+        return self._distrusts
 
     def _known_m(self, reading: Altitude, distance_m: float, state: EstimatedState | None) -> float | None:
         """What chart or memory say is below the transducer here, m."""
@@ -254,7 +282,8 @@ class DepthInput:
         self.gated, self._near_m = passed[-1], distance_m
         self._filter()
         self._jump.end()
-        self.trouble = ""
+        if not self._repeated.is_stuck:
+            self.trouble = ""
 
     def _convert(
         self, distance: Distance, state: EstimatedState | None, range_max_m: float, transducer_m: float

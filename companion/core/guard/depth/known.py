@@ -1,6 +1,6 @@
 """What is known of the bottom here beside the reading itself: how it was closing, and what chart or memory say of the place.
 
-A reading is held against this where it cannot be judged alone, as a jump to much deeper water.
+A reading is held against this where it cannot be judged alone: a sounder that repeats itself, a jump to much deeper water.
 """
 
 from __future__ import annotations
