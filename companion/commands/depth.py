@@ -34,6 +34,9 @@ from .outputs import may_write
 from .progress import ProgressLine
 from .store import read_store, write_store
 
+_RADIUS_MAX_M = 100_000.0
+"""Of what is forgotten around a place: beyond it degrees were meant, or all."""
+
 
 def register(subparsers: Any) -> None:
     """Add the command."""
@@ -172,21 +175,35 @@ def _refuse_a_coarse_chart(cell_rad: tuple[float, float], lat_rad: float, memory
 
 
 def _forget(arguments: argparse.Namespace) -> int:
+    if arguments.near is not None:
+        _place_is_one(*arguments.near)
     content = read_store(arguments.store)
     if arguments.all:
         if not write_store(arguments.store, [StoredRow("depth", "", None)]):
             return 1
         print(f"{arguments.store}: {len(content.depth)} tiles forgotten")
         return 0
-    lat, lon = math.radians(arguments.near[0]), math.radians(arguments.near[1])
+    lat_deg, lon_deg, radius_m = arguments.near
+    lat, lon = math.radians(lat_deg), math.radians(lon_deg)
     forgotten, entries = 0, []
     for memory in memories(content):
-        forgotten += memory.forget(lambda at, on: _distance_m(lat, lon, at, on) <= arguments.near[2])
+        forgotten += memory.forget(lambda at, on: _distance_m(lat, lon, at, on) <= radius_m)
         entries += _entries(memory)
     if not write_store(arguments.store, entries):
         return 1
     print(f"{arguments.store}: {forgotten} places forgotten")
     return 0
+
+
+def _place_is_one(lat_deg: float, lon_deg: float, radius_m: float) -> None:
+    """Raise where no place on earth is meant."""
+    for name, value, least, most, unit in (
+        ("latitude", lat_deg, -90.0, 90.0, "degrees"),
+        ("longitude", lon_deg, -180.0, 180.0, "degrees"),
+        ("radius", radius_m, 0.0, _RADIUS_MAX_M, "m"),
+    ):
+        if not least <= value <= most:
+            raise ConfigError("--near", [f"{name} {value:g}: give LAT LON M, {name} from {least:g} to {most:g} {unit}"])
 
 
 def _distance_m(lat_rad: float, lon_rad: float, other_lat: float, other_lon: float) -> float:

@@ -129,6 +129,21 @@ def test_forgetting_a_place_or_all(store, capsys):
 
 
 @pytest.mark.parametrize(
+    ("near", "said"),
+    [
+        (("95", "10", "10"), "latitude 95: give LAT LON M, latitude from -90 to 90 degrees"),
+        (("41.18", "-188.7", "10"), "longitude -188.7: give LAT LON M, longitude from -180 to 180 degrees"),
+        (("41.18", "-8.7", "-10"), "radius -10: give LAT LON M, radius from 0 to 100000 m"),
+    ],
+)
+def test_a_place_that_is_none_is_refused_with_its_number(store, capsys, near, said):
+    before = content(store)
+    assert main(["depth", "forget", str(store), "--near", *near]) == 2
+    assert said in capsys.readouterr().err
+    assert content(store) == before
+
+
+@pytest.mark.parametrize(
     ("name", "text", "said"),
     [
         ("a.geojson", "[]", "FeatureCollection"),

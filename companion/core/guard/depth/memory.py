@@ -208,8 +208,8 @@ class DepthMemory:
         What is sounded now vouches for nothing: a false echo is remembered too. ``utc_s`` as in ``note``.
         """
         cell = self.geometry.cell_of(lat_rad, lon_rad)
-        tile = self._tiles.get(tile_of(cell))
-        found = None if tile is None else get(tile, cell)
+        key = tile_of(cell)
+        found = get(self._tiles.look(key), cell) if key in self._tiles else None
         if found is None or not utc_s or not found.last_s or utc_s - found.last_s < PASS_S:
             return None
         return found.robust_m(self._noise_m(found))
