@@ -106,6 +106,18 @@ def test_the_first_view_is_small_own_readable_and_named(boat: Boat, browser: Bro
     assert [n for n in touched if not n.get("ignored") and not n.get("name", {}).get("value")] == []
 
 
+BARE = """(() => { const body = document.body, bar = document.getElementById('orders');
+  body.classList.remove('orders', 'keyed'); const bare = bar.offsetHeight;
+  body.classList.add('orders'); return [bare, bar.offsetHeight]; })()"""
+
+
+def test_a_boat_that_takes_no_orders_has_no_empty_bar_over_the_foot_of_the_page(boat: Boat, browser: Browser) -> None:
+    live(browser, boat.url)
+    bare, offered = browser.run(BARE)
+    assert bare == 0
+    assert offered > 40
+
+
 def test_every_state_is_said_in_words(boat: Boat, browser: Browser) -> None:
     live(browser, boat.url)
     assert browser.text("armed") in ("ARMED", "disarmed")
