@@ -101,6 +101,9 @@ class Picture:
     keel_m: float | None = None
     """Water under the keel."""
     keel_limit_m: float | None = None
+    """The least that is allowed, as the texts name it."""
+    keel_stop_m: float | None = None
+    """Below this she is stopped now: more than the limit while the bottom closes, since stopping uses up water."""
     guard: str = ""
     """State of the depth guard; "off": nothing stops the boat before a shoal."""
     thrust: tuple[float, float] = (0.0, 0.0)
@@ -157,7 +160,8 @@ def picture_of(s: Snapshot, texts: tuple[LogText, ...] = (), airtime: str = "") 
         heading_error_deg=_deg(s.trace.heading_error_rad, 1),
         speed_error_mps=_round(s.trace.speed_error_mps, 2),
         keel_m=_round(state.alt_m, 2),
-        keel_limit_m=_round(s.altitude_limit_m, 2),
+        keel_limit_m=_round(s.altitude_least_m, 2),
+        keel_stop_m=_round(s.altitude_limit_m, 2),
         guard="off" if s.health.depth is None else s.guard.name.lower(),
         thrust=(round(output.thruster_port, 2), round(output.thruster_starboard, 2)),
         rudders_deg=(

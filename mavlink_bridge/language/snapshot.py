@@ -151,6 +151,9 @@ class Snapshot:
     """The newest sounding; without a value when the sounder is silent."""
     altitude_raw_m: float | None = None
     altitude_limit_m: float | None = None
+    """Below this the vessel is stopped now: the least altitude plus what stopping over a closing bottom uses up."""
+    altitude_least_m: float | None = None
+    """The least altitude."""
     guard: GuardState = GuardState.UNKNOWN
     action: Action = Action.NONE
     causes: tuple[str, ...] = ()

@@ -48,6 +48,18 @@ def test_a_plan_up_a_slope_stops_in_good_water(voyage, gradient, brake):
     assert trip.truth.north_m < 100.0
 
 
+def test_the_limit_that_is_shown_is_the_one_that_is_told_and_only_what_stops_her_moves(voyage):
+    trip = voyage(*SLOPE, "world.bottom.slope.gradient=0.3")
+    trip.sail(1.5, (400.0, 0.0))
+    stops = set()
+    for _ in range(20 * 60):
+        trip.step()
+        assert trip.snapshot.altitude_least_m == 4.0
+        stops.add(round(trip.snapshot.altitude_limit_m or 0.0, 1))
+    assert max(stops) > 4.5
+    assert any("limit 4.00 m" in text for text in trip.texts)
+
+
 def test_the_brake_shortens_the_way(voyage):
     """With the look-ahead off the entry itself brakes: astern the vessel is off its way in metres, not in seconds."""
     reached = {}

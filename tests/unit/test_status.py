@@ -103,6 +103,17 @@ def test_rows_name_mode_target_errors_depth_links_and_airtime():
     assert shown["Airtime"] == "12.3 of 360 s this hour"
 
 
+@pytest.mark.parametrize(
+    ("stop_m", "said"),
+    [(4.0, "limit 4.0 m, guard"), (4.93, "limit 4.0 m (stopped at 4.9 m now), guard"), (None, "limit 4.0 m, guard")],
+)
+def test_the_depth_limit_is_the_one_that_the_texts_name_and_what_stops_her_now_is_told_beside_it(stop_m, said):
+    """While the bottom closed "limit 4.9 m" stood beside texts of 4.00 m, once with 4.8 m under the keel and the guard's OK."""
+    found = snapshot(altitude_least_m=4.0, altitude_limit_m=stop_m)
+    shown = {label: text for label, text, _ in rows(found)}
+    assert said in shown["Depth"]
+
+
 def test_a_terminal_gets_a_live_table():
     out = io.StringIO()
     view = StatusView(out, plain=False)

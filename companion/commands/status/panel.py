@@ -175,7 +175,9 @@ def _motion(p: Picture) -> str:
 
 
 def _depth(p: Picture) -> str:
-    return f"{_number(p.keel_m, 'm', 1)} under the keel, limit {_number(p.keel_limit_m, 'm', 1)}, guard {_guard(p)}"
+    limit, stop = _number(p.keel_limit_m, "m", 1), _number(p.keel_stop_m, "m", 1)
+    now = "" if p.keel_limit_m is None or p.keel_stop_m is None or stop == limit else f" (stopped at {stop} now)"
+    return f"{_number(p.keel_m, 'm', 1)} under the keel, limit {limit}{now}, guard {_guard(p)}"
 
 
 def _guard(p: Picture) -> str:

@@ -55,6 +55,7 @@ class View:
             distance=estimator.distance_at(now_us),
             altitude_raw_m=depth.altitude_raw_m,
             altitude_limit_m=depth.limit_m,
+            altitude_least_m=depth.least_m,
             guard=depth.state,
             action=verdict.result.action,
             causes=verdict.result.causes,

@@ -33,7 +33,8 @@
     $("unready").hidden = !(boat.not_ready || []).length;
     text("keel", number(boat.keel_m, "m", 1));
     const guard = boat.guard === "off" ? "guard OFF: no shoal stops her" : `guard: ${boat.guard}`;
-    text("limit", boat.keel_limit_m === null || boat.guard === "off" ? guard : `limit ${number(boat.keel_limit_m, "m", 1)}, ${guard}`);
+    const limit = number(boat.keel_limit_m, "m", 1), stop = number(boat.keel_stop_m, "m", 1);
+    text("limit", boat.keel_limit_m === null || boat.guard === "off" ? guard : `limit ${limit}${boat.keel_stop_m === null || stop === limit ? "" : ` (stopped at ${stop} now)`}, ${guard}`);
     $("keelbox").className = boat.guard === "ok" || boat.guard === "unknown" ? "wide" : "wide low";
     text("speed", number(boat.speed_mps, "m/s", 1));
     text("knots", boat.speed_mps === null || boat.speed_mps === undefined ? "" : `${(boat.speed_mps * 1.943844).toFixed(1)} kn over ground`);

@@ -73,6 +73,8 @@ class GuardOutput:
     altitude_raw_m: float | None
     limit_m: float | None
     """What the altitude is held against now: the least altitude plus what stopping needs."""
+    least_m: float | None = None
+    """The least altitude itself, which the texts name."""
     abort: bool = False
     """Stop everything, now: an entry into correction or locked, or a forbidden activation."""
     slow_to_mps: float | None = None
@@ -236,6 +238,7 @@ class DepthGuard:
             altitude_m=altitude_m,
             altitude_raw_m=self.input.raw_m,
             limit_m=ahead.limit_m,
+            least_m=self._min_m,
             abort=abort,
             slow_to_mps=self._config.unknown_speed_mps if lost and self._slows_when_lost else ahead.slow_to_mps,
             neutral=self._doubts,
