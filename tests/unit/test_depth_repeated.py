@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import itertools
+import math
 import random
 
 import pytest
 
 from companion.core.estimate.estimator import Estimator, EstimatorConfig
+from companion.core.guard.depth.config import DepthGuardConfig
+from companion.core.guard.depth.grid import build
+from companion.core.guard.depth.guard import DepthGuard
 from companion.core.guard.depth.repeated import RepeatedDepth
+from companion.core.guard.depth.soundings import dune_reference, parse_dune
+from companion.core.hull.geometry import HullGeometry
 from companion.core.nmea.reader import NmeaConfig, NmeaReader
-from mavlink_bridge.language.messages import Distance
+from mavlink_bridge.language.geodesy import LocalFrame
+from mavlink_bridge.language.messages import Distance, EstimatedState
 
 RECORDED = (
     "gpsd/sounder.log",
@@ -117,3 +125,37 @@ def test_recorded_sounders_are_never_stuck(shared_data, name):
                 watch.hear(read * 1_000_000, item.value_m, 2.5, STEEP)
                 assert not watch.is_stuck, f"reading {read}: {item.value_m} m"
     assert read > 30
+
+
+def test_over_the_soundings_of_a_harbour_no_sounder_that_lives_is_stuck(leixoes):
+    """Straight tracks over quays, slopes and dredged levels, with the guard's own idea of what closes."""
+    text = leixoes.read_text("utf-8")
+    grid, frame, rng = build(parse_dune(text)), LocalFrame(*dune_reference(text)), random.Random(5)
+    sounders = itertools.cycle(itertools.product((0.01, 0.1, 0.3048), (0.0, 0.02, 0.05), (1, 10)))
+    read = 0
+    for digit_m, sigma_m, hz in itertools.islice(sounders, 90):
+        north_m, east_m = rng.uniform(2000.0, 3000.0), rng.uniform(-1400.0, -400.0)
+        course_rad, speed_mps = rng.uniform(0.0, 2.0 * math.pi), rng.uniform(0.8, 3.0)
+        velocity = speed_mps * math.cos(course_rad), speed_mps * math.sin(course_rad)
+        guard = DepthGuard(DepthGuardConfig(), HullGeometry(0.35, 0.2, 1.08))
+        for number in range(200 * hz):
+            x_m, y_m = north_m + velocity[0] * number / hz, east_m + velocity[1] * number / hz
+            lat_rad, lon_rad = frame.to_geodetic(x_m, y_m)
+            depth_m = grid.depth_at(lat_rad, lon_rad)
+            if depth_m is None or depth_m < 1.0:
+                break
+            said_m = round(round((depth_m - 0.2 + rng.gauss(0.0, sigma_m)) / digit_m) * digit_m, 3)
+            state = EstimatedState(
+                round(number * 1e6 / hz),
+                lat_rad,
+                lon_rad,
+                x_m=x_m,
+                y_m=y_m,
+                vx_mps=velocity[0],
+                vy_mps=velocity[1],
+                sog_mps=speed_mps,
+            )
+            guard.measure(Distance(state.t_us, said_m), state)
+            read += 1
+            assert not guard.input.is_stuck, (digit_m, sigma_m, hz, guard.input.trouble)
+    assert read > 20_000
