@@ -5,9 +5,9 @@ from __future__ import annotations
 from tools.fault_matrix import ABSENT, PAGE, ROWS, named_tests
 
 
-def test_at_least_58_of_65_rows_are_held_and_the_rest_have_a_reason():
+def test_at_least_58_of_68_rows_are_held_and_the_rest_have_a_reason():
     tests = named_tests()
-    assert len(ROWS) == 65
+    assert len(ROWS) == 68
     assert sum(bool(names) for row, names in tests.items() if row not in ABSENT) >= 58
     assert not [row for row, names in tests.items() if not names and row not in ABSENT]
 
