@@ -93,9 +93,7 @@ class Allocator:
         surge_n = clamp(surge_n, -self._all_astern_n, self._all_ahead_n)
         if may_kick and self._rudder_max > 0.0:
             if most_n <= 0.0:
-                kicked_n = self._kick_n(yaw_nm, surge_mps)
-                # no kick is no thrust ahead: it takes nothing off what brakes
-                surge_n = max(surge_n, kicked_n) if kicked_n > 0.0 else surge_n
+                surge_n = max(surge_n, self._kick_n(yaw_nm, surge_mps))
             else:
                 kicked_n = self._kick_of_both_n(yaw_nm)
                 if kicked_n > surge_n:

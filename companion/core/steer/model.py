@@ -260,7 +260,12 @@ class ModelController:
             return self._last, ControlTrace()
         may_kick = self._kicks.may(dt_s, desired, speed_error) and (self._by_rudder or self._kicks.brings_round)
         given = self._allocator.allocate(
-            surge_n, yaw_nm, made_mps, flow_mps=flow_mps, may_kick=may_kick, standing_rad=self._observer.rudder_rad
+            surge_n,
+            yaw_nm,
+            made_mps,
+            flow_mps=flow_mps,
+            may_kick=may_kick,
+            standing_rad=self._observer.rudder_rad,
         )
         if self._free(sent):
             self._integrate(dt_s, given, surge_n, yaw_nm=yaw_nm, speed_error=speed_error, omega=omega)
