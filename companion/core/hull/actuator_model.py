@@ -28,7 +28,7 @@ class ActuatorModel:
         self._dead_band = thruster.dead_band
         self._lag_s = thruster.lag_s
         self._rudder_lag_s = vessel.rudder.lag_s + _LINK_S
-        self._rudder_radps = vessel.rudder.rate_radps
+        self._rudder_radps = vessel.rudder.felt_radps
         self._offset_rad = vessel.rudder.offset_rad if vessel.rudder.count else 0.0
         self._max_rad = vessel.rudder.max_rad
         self.shares = WHOLE

@@ -157,8 +157,9 @@ class RudderConfig(Config):
         return math.radians(self.offset_deg)
 
     @property
-    def rate_radps(self) -> float:
-        return math.radians(self.rate_dps)
+    def felt_radps(self) -> float:
+        """The servo's greatest rate where it is felt, rad/s; infinite where its lag is all that one sees of it."""
+        return math.radians(self.rate_dps) if self.max_deg > _QUICK_S * self.rate_dps else math.inf
 
     @property
     def late_s(self) -> float:
