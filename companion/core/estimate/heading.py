@@ -28,7 +28,11 @@ _ASKED_VARIANCE: Final = math.radians(3.0) * math.radians(3.0)
 _BRIDGE_S: Final = 0.6
 """A gap of a few headings is bridged by the turn rate, so that the boat does not flinch at each."""
 _STEP_RATE_MAX_S: Final = 0.3
-"""A silence widens the window for jumps by what the boat may turn meanwhile, but by no more than this, or than a slow compass's own."""
+"""A silence widens the window for jumps by what the boat may turn meanwhile, but by no more than in this,"""
+_SLOW_DPS: Final = 20.0
+"""and by so much for each second more that a slow compass takes by itself: a boat that holds a course turns no faster for long."""
+_RATE_NEWS_US: Final = 1_200_000
+"""A turn rate of its own sensor is news of the heading for so long: one that is heard each second."""
 
 
 class HeadingTrack:
@@ -114,7 +118,7 @@ class HeadingTrack:
         """For how long there has been no news of the heading: 0 while a sensor of its own tells the turn rate, None while it is lost."""
         if not self.valid(now_us):
             return None
-        return 0.0 if self.has_rate(now_us) else (now_us - self._received_us) * 1e-6
+        return 0.0 if now_us - self._rate_us <= _RATE_NEWS_US else (now_us - self._received_us) * 1e-6
 
     def has_rate(self, now_us: int) -> bool:
         """Whether a sensor of its own tells the turn rate."""
@@ -260,8 +264,10 @@ class HeadingTrack:
         if self._refused_since_us is None and since_us > self._timeout_us and since_us > self._patience_s() * 1e6:
             self._start(t_us, psi_rad)  # after silence there is no expectation to jump from
             return False
-        widened_s = min(since_us * 1e-6, max(_STEP_RATE_MAX_S, self._interval_s))
-        gate = math.radians(self._jump_deg + self._rate_max_dps * widened_s)
+        since_s = since_us * 1e-6
+        quickly_s = min(since_s, _STEP_RATE_MAX_S)
+        slowly_s = max(0.0, min(since_s, self._interval_s) - _STEP_RATE_MAX_S)
+        gate = math.radians(self._jump_deg + self._rate_max_dps * quickly_s + _SLOW_DPS * slowly_s)
         if abs(innovation) <= gate:
             if self._refused_since_us is not None:
                 self._end_refusal("heading is plausible again" if self._jump.ends() else "")

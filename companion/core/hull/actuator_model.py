@@ -28,7 +28,7 @@ class ActuatorModel:
         self._dead_band = thruster.dead_band
         self._lag_s = thruster.lag_s
         self._rudder_lag_s = vessel.rudder.lag_s + _LINK_S
-        self._rudder_radps = vessel.rudder.felt_radps
+        self._felt_radps = vessel.rudder.felt_radps
         self._offset_rad = vessel.rudder.offset_rad if vessel.rudder.count else 0.0
         self._max_rad = vessel.rudder.max_rad
         self.shares = WHOLE
@@ -60,8 +60,11 @@ class ActuatorModel:
         told_rad = rudder_rad + self._offset_rad
         if self._offset_rad:
             told_rad = clamp(told_rad, -self._max_rad, self._max_rad)  # a servo told beyond its stop stands at it
-        most_rad = self._rudder_radps * dt_s
-        self.rudder_rad += clamp((told_rad - self.rudder_rad) * share, -most_rad, most_rad)
+        turned_rad = (told_rad - self.rudder_rad) * share
+        if self._felt_radps is not None:
+            most_rad = self._felt_radps * dt_s
+            turned_rad = clamp(turned_rad, -most_rad, most_rad)
+        self.rudder_rad += turned_rad
 
     def _turn(self, port: float, starboard: float, share: float, surge_mps: float) -> None:
         law = self._law

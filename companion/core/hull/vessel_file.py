@@ -157,9 +157,9 @@ class RudderConfig(Config):
         return math.radians(self.offset_deg)
 
     @property
-    def felt_radps(self) -> float:
-        """The servo's greatest rate where it is felt, rad/s; infinite where its lag is all that one sees of it."""
-        return math.radians(self.rate_dps) if self.max_deg > _QUICK_S * self.rate_dps else math.inf
+    def felt_radps(self) -> float | None:
+        """The servo's greatest rate where it is felt, rad/s; None where its lag is all that one sees of it."""
+        return math.radians(self.rate_dps) if self.max_deg > _QUICK_S * self.rate_dps else None
 
     @property
     def late_s(self) -> float:

@@ -61,7 +61,8 @@ class Allocator:
         self._rudder_stop = vessel.rudder.max_rad if vessel.rudder.count else 0.0
         self._rudder_max = vessel.rudder.useful_rad if vessel.rudder.count else 0.0
         self._offset_rad = vessel.rudder.offset_rad if vessel.rudder.count else 0.0
-        self._soon_rad = max(_SOON_S, vessel.thruster.lag_s) * vessel.rudder.felt_radps
+        felt_radps = vessel.rudder.felt_radps
+        self._soon_rad = math.inf if felt_radps is None else max(_SOON_S, vessel.thruster.lag_s) * felt_radps
         # less than that race the rudder is not told to make up for: it would go from stop to stop for a compass's noise
         least_n = _LEAST_RACE * self._all_ahead_n if self._differential_n == 0.0 else 0.0
         self._least_slope = model.rudder_slope_nm(0.0, least_n, 0.0)

@@ -115,8 +115,9 @@ class ModelController:
         attainable_mps = schedule.steady_mps if schedule.lowered else 1.05 * handling.top_mps
         self._attainable_mps = min(attainable_mps, self._left_mps)
         self._omegas = [gain.omega_radps for gain in schedule.gains]
-        self._firm_radps = max(self._omegas)
-        """For strong wind on station: the thrust that holds against it gives the rudders their flow, whatever way she makes."""
+        self._firm_radps = max(self._omegas) if self._seldom_s == 0.0 else min(self._omegas)
+        """For strong wind on station: the thrust that holds against it gives the rudders their flow, whatever way she makes. By a compass
+        that is heard seldom a boat swung by 50 degrees so."""
         most_radps = min(_REFERENCE_RATE, _REFERENCE_TIMES * self._firm_radps)
         steps = range(len(schedule.gains))
         # kicks turn a boat that they turn with all that she has at any speed
@@ -169,8 +170,7 @@ class ModelController:
         self._tune_under_way()
 
     def _tune_under_way(self) -> None:
-        speed = max(self._observer.u_mps, 0.0)
-        before = self._omega(speed)
+        speed, before = max(self._observer.u_mps, 0.0), self._omega(max(self._observer.u_mps, 0.0))
         self._tune(self._config)
         takes_over_nm = self._inertia * (before * before - self._omega(speed) ** 2) * self._heading_error
         most_nm = 0.5 * self._saturated_nm
@@ -260,12 +260,7 @@ class ModelController:
             return self._last, ControlTrace()
         may_kick = self._kicks.may(dt_s, desired, speed_error) and (self._by_rudder or self._kicks.brings_round)
         given = self._allocator.allocate(
-            surge_n,
-            yaw_nm,
-            made_mps,
-            flow_mps=flow_mps,
-            may_kick=may_kick,
-            standing_rad=self._observer.rudder_rad,
+            surge_n, yaw_nm, made_mps, flow_mps=flow_mps, may_kick=may_kick, standing_rad=self._observer.rudder_rad
         )
         if self._free(sent):
             self._integrate(dt_s, given, surge_n, yaw_nm=yaw_nm, speed_error=speed_error, omega=omega)

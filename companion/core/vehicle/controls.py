@@ -324,9 +324,12 @@ class Controls:
         self._limit_speed()
 
     def watch_compass(self, now_us: int) -> None:
-        """Steer more gently by a compass that speaks seldom, where the law can."""
-        seldom, estimator = self.parts.slow_compass, self.parts.estimator
-        if not seldom.step(now_us, estimator.heading_waited_s(now_us)):
+        """Steer more gently by a compass that speaks seldom, where the law can: from the next arming on."""
+        seldom, waited_s = self.parts.slow_compass, self.parts.estimator.heading_waited_s(now_us)
+        if self.armed or waited_s is None:
+            seldom.pause()
+            return
+        if not seldom.step(now_us, waited_s):
             return
         law_takes = getattr(self.parts.controller, "seldom_heard", None)
         if law_takes is None:
