@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import random
+
 import pytest
 
 from mavlink_bridge.language.messages import Action, GuardState, Mode
@@ -110,3 +112,18 @@ def test_a_true_edge_into_deep_water_is_believed_after_a_bounded_way(voyage, dro
     assert trip.snapshot.mode is Mode.AUTO
     trip.run(10.0)
     assert "depth_lost" not in trip.snapshot.causes
+
+
+def test_a_true_edge_with_a_corner_of_the_plan_behind_it_does_not_stop_the_boat(voyage):
+    """The way was measured along the course at the edge only: after the corner it grew no more, and she stopped in 17 m."""
+    trip = voyage("world.bottom.kind=flat", "world.bottom.depth_m=60.0")
+    edge_m, rng = 100.0, random.Random(1)
+    trip.world.surroundings.plant.sensors._echo = lambda truth: (
+        14.0 - 0.05 * truth.north_m if truth.north_m < edge_m else 17.0 + rng.uniform(-0.03, 0.03)
+    )
+    trip.sail(1.5, (edge_m + 8.0, 0.0), (edge_m + 8.0, 400.0))
+    trip.until(lambda: any("doubted" in text for text in trip.texts), 120.0)
+    trip.until(lambda: "Sounder believed again" in trip.texts, 60.0)
+    trip.run(30.0)
+    assert trip.snapshot.mode is Mode.AUTO
+    assert trip.snapshot.guard is GuardState.OK

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 
 import pytest
@@ -37,17 +38,18 @@ class Line:
         self.chain.bottom = bottom or Bottom()
         self.step_us, self.t_us, self.way_m = step_us, 0, 0.0
 
-    def read(self, said, speed_mps=SPEED_MPS):
-        """One reading; ``said`` of the way made. Return the altitude."""
+    def read(self, said, speed_mps=SPEED_MPS, across_mps=0.0):
+        """One reading; ``said`` of the way made along the line. Return the altitude."""
         self.t_us += self.step_us
         self.way_m += speed_mps * self.step_us * 1e-6
-        state = EstimatedState(self.t_us, sog_mps=abs(speed_mps), vx_mps=speed_mps, vy_mps=0.0)
+        sog_mps = math.hypot(speed_mps, across_mps)
+        state = EstimatedState(self.t_us, sog_mps=sog_mps, vx_mps=speed_mps, vy_mps=across_mps)
         self.chain.measure(Distance(self.t_us, said(self.way_m), range_max_m=100.0), state)
         return self.chain.altitude_m(self.t_us)
 
-    def sail(self, seconds, said, speed_mps=SPEED_MPS):
+    def sail(self, seconds, said, speed_mps=SPEED_MPS, across_mps=0.0):
         """Return what was believed, without the unknown."""
-        made = [self.read(said, speed_mps) for _ in range(round(seconds * 1e6 / self.step_us))]
+        made = [self.read(said, speed_mps, across_mps) for _ in range(round(seconds * 1e6 / self.step_us))]
         return [altitude_m for altitude_m in made if altitude_m is not None]
 
 
@@ -103,6 +105,35 @@ def test_deep_water_that_does_not_close_is_believed_after_a_bounded_way(deep_m, 
         assert line.way_m - began_m < way_m + 5.0
     assert line.way_m - began_m > way_m
     assert line.chain.trouble == ""
+
+
+@pytest.mark.parametrize("across_mps", [SPEED_MPS, -SPEED_MPS])
+@pytest.mark.parametrize(("deep_m", "way_m"), [(17.0, 38.0), (40.0, 15.0)])
+@pytest.mark.parametrize("turn_m", [2.0, 8.0])
+def test_deep_water_behind_an_edge_is_believed_where_the_boat_turns_along_it(deep_m, way_m, turn_m, across_mps):
+    line, rng = Line(Bottom(0.05)), random.Random(2)
+    line.sail(10.0, up(0.05))
+    line.sail(turn_m / SPEED_MPS, lambda _: deep_m + rng.gauss(0.0, 0.02))
+    assert line.chain.is_disputed
+    believed = line.sail(way_m / SPEED_MPS, lambda _: deep_m + rng.gauss(0.0, 0.02), 0.0, across_mps)
+    assert believed[-1] == pytest.approx(deep_m, abs=0.1)
+    assert line.chain.trouble == ""
+
+
+def test_an_echo_that_closed_is_doubted_for_a_way_after_the_boat_turned_along_the_slope():
+    line = Line(Bottom(0.05))
+    line.sail(10.0, up(0.05))
+    line.sail(10.0, up(0.05, times=2.0))
+    assert not line.sail(18.0, up(0.05, times=2.0), 0.0, SPEED_MPS)
+
+
+@pytest.mark.parametrize("speed_mps", [0.0, 0.05])
+def test_a_boat_that_lies_behind_an_edge_is_not_left_in_doubt_for_ever(speed_mps):
+    line = Line(Bottom(0.05))
+    line.sail(10.0, up(0.05))
+    line.sail(4.0, lambda _: 17.0)
+    assert not line.sail(240.0, lambda _: 17.0, 0.0, speed_mps)
+    assert line.sail(120.0, lambda _: 17.0, 0.0, speed_mps)[-1] == 17.0
 
 
 def test_a_single_false_echo_does_not_end_a_doubt():

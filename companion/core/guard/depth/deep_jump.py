@@ -2,7 +2,8 @@
 
 Doubted is a jump over a bottom that was closing, or where chart or memory know what was read before. The bottom's path is reckoned on by
 its slope. What comes back near it ends the doubt; a second echo goes on closing at twice the slope or more, and stays doubted for as long
-as it does. A true edge does not: the deep water is believed once that has shown itself over a bounded way.
+as it does. A true edge does not: the deep water is believed once that has shown itself over a bounded way, wherever the boat turns, and
+at the latest after minutes in which nothing closed.
 """
 
 from __future__ import annotations
@@ -21,8 +22,12 @@ _WINDOW: Final = 1.5
 """Times that way are looked back: a slow sounder reads every three metres."""
 _ECHO_OFF: Final = 0.15
 """Share by which a second echo may miss the multiple: the transducer's own depth in it, and noise."""
-_STEP_M: Final = 0.2
-"""A reading is kept for so much way: 25 m of it are 125 readings, at any speed."""
+_ALONG_M: Final = 4.0
+"""Along the course at the jump: over less the noise of the readings looks like a slope, and an echo cannot be told by it."""
+_LONGEST_US: Final = 300_000_000
+"""Of a doubt in which no echo was seen to close: a boat that lies there, or turns in circles, would never make the way."""
+_STEP_M: Final = 0.3
+"""A reading is kept for so much way: 37 m of it, the longest that is looked back, are 125 readings, at any speed."""
 _KEPT: Final = 128
 _FOLLOWS: Final = 0.5
 """Of the slope that an echo would have: a bottom that closes by less is not that echo."""
@@ -48,20 +53,21 @@ class DeepJump:
         """Not both: what was doubted and is proven is believed."""
         self._from_m = self._slope = self._times = 0.0
         self._dir = (0.0, 0.0)
-        self._along_m = 0.0
-        """How far the vessel is along the course that it had at the jump, from there."""
-        self._last_us = 0
+        self._along_m = self._across_m = 0.0
+        """How far the vessel is along the course that it had at the jump, and to starboard of it, from there."""
+        self._last_us = self._quiet_us = 0
         self._near = 0
         """Readings in a row that were not deep."""
         self._ended_us: int | None = None
-        self._deep: deque[tuple[float, float]] = deque(maxlen=_KEPT)
-        """Way along the course and distance of the doubted readings."""
+        self._deep: deque[tuple[float, float, float]] = deque(maxlen=_KEPT)
+        """Way along the course and across it, and distance, of the doubted readings."""
 
     def begin(self, since_us: int, was_m: float, now_m: float, slope: float) -> None:
         """Doubt a jump from ``was_m``, read at ``since_us``, to ``now_m``; ``slope``: by how much the bottom was rising for each metre."""
         self.is_doubted, self.is_proven = True, False
         self._from_m, self._slope, self._times = was_m, slope, now_m / was_m
-        self._dir, self._along_m, self._last_us, self._near = (0.0, 0.0), 0.0, since_us, 0
+        self._dir, self._along_m, self._across_m, self._near = (0.0, 0.0), 0.0, 0.0, 0
+        self._last_us = self._quiet_us = since_us
         self._deep.clear()
 
     def end(self) -> None:
@@ -79,13 +85,15 @@ class DeepJump:
         since_s, self._last_us = (t_us - self._last_us) * 1e-6, t_us
         if self._dir == (0.0, 0.0):
             self._dir = _course(state)
-        self._along_m += self._speed_along_mps(state) * min(max(since_s, 0.0), _PAUSE_S)
+        along_mps, across_mps = self._speeds_mps(state)
+        self._along_m += along_mps * min(max(since_s, 0.0), _PAUSE_S)
+        self._across_m += across_mps * min(max(since_s, 0.0), _PAUSE_S)
         if now_m <= self.reckoned_m * min(math.sqrt(self._times), _NEAR):
             self._near += 1
             return self._near < _CONSISTENT
         self._near = 0
-        if not self._deep or abs(self._along_m - self._deep[-1][0]) >= _STEP_M:
-            self._deep.append((self._along_m, now_m))
+        if not self._deep or self._away_m(self._deep[-1]) >= _STEP_M:
+            self._deep.append((self._along_m, self._across_m, now_m))
         self.is_proven = self._proves()
         self.is_doubted = not self.is_proven
         if self.is_proven:
@@ -97,24 +105,35 @@ class DeepJump:
         """What is reckoned to be below the transducer here, if the bottom goes on as it did."""
         return max(self._from_m - self._slope * self._along_m, _LEAST_SHARE * self._from_m, _LEAST_M)
 
-    def _speed_along_mps(self, state: EstimatedState | None) -> float:
+    def _speeds_mps(self, state: EstimatedState | None) -> tuple[float, float]:
+        """Along the course at the jump, and to starboard of it."""
         if state is None:
-            return 0.0
-        if self._dir == (0.0, 0.0) or state.vx_mps is None or state.vy_mps is None:
-            return state.sog_mps or 0.0
-        return state.vx_mps * self._dir[0] + state.vy_mps * self._dir[1]
+            return 0.0, 0.0
+        (north, east), vx_mps, vy_mps = self._dir, state.vx_mps, state.vy_mps
+        if (north, east) == (0.0, 0.0) or vx_mps is None or vy_mps is None:
+            return state.sog_mps or 0.0, 0.0
+        return vx_mps * north + vy_mps * east, vy_mps * north - vx_mps * east
+
+    def _away_m(self, place: tuple[float, float, float]) -> float:
+        return math.hypot(self._along_m - place[0], self._across_m - place[1])
 
     def _proves(self) -> bool:
-        """Whether the deep readings have been sailed over far enough, and do not close as an echo of the slope would."""
+        """Whether the deep readings have been sailed over far enough, or heard long enough, and do not close as an echo would."""
         times, nearest = self._times, max(round(self._times), 2)
         is_multiple = nearest <= 3 and abs(times - nearest) <= _ECHO_OFF * nearest
         way_m = _ECHO_WAY_M if is_multiple else _WAY_M
-        newest_m = self._deep[-1][0]
-        near = [(along_m, deep_m) for along_m, deep_m in self._deep if abs(newest_m - along_m) <= _WINDOW * way_m]
-        ways = [along_m for along_m, _ in near]
-        if max(ways) - min(ways) < way_m:
+        near = [place for place in self._deep if self._away_m(place) <= _WINDOW * way_m]
+        if self._closes([(along_m, deep_m) for along_m, _, deep_m in near]):
+            self._quiet_us = self._last_us
             return False
-        return self._slope == 0.0 or _rise(near) < _FOLLOWS * times * self._slope
+        return self._last_us - self._quiet_us >= _LONGEST_US or max(map(self._away_m, near), default=0.0) >= way_m
+
+    def _closes(self, near: list[tuple[float, float]]) -> bool:
+        """Whether readings rise along the course at the jump as an echo of the slope would. Off that course nobody knows the slope."""
+        ways = [along_m for along_m, _ in near]
+        if not near or self._slope == 0.0 or max(ways) - min(ways) < _ALONG_M:
+            return False
+        return _rise(near) >= _FOLLOWS * self._times * self._slope
 
 
 def _course(state: EstimatedState | None) -> tuple[float, float]:
