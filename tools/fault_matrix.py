@@ -96,7 +96,7 @@ ROWS: Final[dict[int, tuple[str, str]]] = {
     ),
     68: (
         "sounder repeats one depth",
-        "told; where the bottom was closing, or chart or memory know less water: as a sounder that falls silent",
+        "told; where its noise is gone over a closing bottom, or chart or memory know less: as one that falls silent",
     ),
 }
 

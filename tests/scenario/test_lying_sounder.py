@@ -127,3 +127,26 @@ def test_a_true_edge_with_a_corner_of_the_plan_behind_it_does_not_stop_the_boat(
     trip.run(30.0)
     assert trip.snapshot.mode is Mode.AUTO
     assert trip.snapshot.guard is GuardState.OK
+
+
+def coarse(trip, *, level_m, gradient, sigma_m):
+    """Up a slope to a level, as an honest sounder of 0.1 m digits reads them."""
+    rng = random.Random(1)
+    trip.world.surroundings.plant.sensors._echo = lambda truth: round(
+        max(level_m, 12.0 - gradient * max(0.0, truth.north_m - 20.0)) + rng.gauss(0.0, sigma_m), 1
+    )
+
+
+@pytest.mark.parametrize(("gradient", "sigma_m"), [(0.05, 0.01), (0.1, 0.02)])
+def test_an_honest_coarse_sounder_that_comes_up_a_slope_onto_a_dredged_level_does_not_stop_the_boat(
+    voyage, gradient, sigma_m
+):
+    trip = voyage("world.bottom.kind=flat", "world.bottom.depth_m=40.0", "world.sensors.depth_hz=1")
+    coarse(trip, level_m=6.0, gradient=gradient, sigma_m=sigma_m)
+    trip.sail(1.5, (250.0, 0.0))
+    trip.until(lambda: trip.truth.north_m > 240.0, 300.0)
+    assert trip.snapshot.mode is Mode.AUTO
+    assert trip.snapshot.guard is GuardState.OK
+    assert [text for text in trip.texts if text.startswith("Sounder repeats 6.00 m")] == [
+        "Sounder repeats 6.00 m while the boat moves: look at it"
+    ], "told, since a sounder that is stuck would look the same"

@@ -57,6 +57,7 @@ def test_a_noisy_sounder_that_repeats_is_found_at_once_and_lives_with_the_next_v
     assert boat.sail(60.0, rise=0.05, told=0.05) is None
     assert boat.sail(30.0, rise=0.05, told=0.05, frozen=True) <= within_s
     assert boat.watch.was_closing
+    assert boat.watch.is_noise_gone
     boat.sail(2.0 * boat.period_s)
     assert not boat.watch.is_stuck
 
@@ -73,6 +74,7 @@ def test_without_noise_the_slope_that_was_due_tells():
     assert boat.sail(20.0, rise=STEEP, told=STEEP) is None
     found_s = boat.sail(30.0, rise=STEEP, told=STEEP, frozen=True)
     assert 0.9 < found_s * boat.speed_mps * STEEP < 1.5, "a metre of it"
+    assert not boat.watch.is_noise_gone, "a level would look the same"
 
 
 @pytest.mark.parametrize("digit_m", [0.01, 0.1, 0.3048])

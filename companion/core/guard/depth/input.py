@@ -230,7 +230,8 @@ class DepthInput:
             return False
         if not self._distrusts:
             here_m = self._known_m(reading, distance_m, state)
-            self._distrusts = repeated.was_closing or (here_m is not None and is_much_deeper(distance_m, here_m))
+            is_lying = repeated.was_closing and repeated.is_noise_gone
+            self._distrusts = is_lying or (here_m is not None and is_much_deeper(distance_m, here_m))
             ends = "not believed until it changes" if self._distrusts else "look at it"
             self.trouble = f"Sounder repeats {distance_m:.2f} m while the boat moves: {ends}"
         return self._distrusts

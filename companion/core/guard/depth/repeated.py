@@ -2,7 +2,8 @@
 
 A boat at rest, a lock, a dredged basin and a sounder of whole feet truly repeat a depth for minutes. So the same digits alone say nothing:
 they must last far longer than they ever did lately, in readings and on the way, and either the sounder's own noise has gone (it spanned
-several of its digits), or the slope that was being sailed up should have changed the depth by much more than a digit.
+several of its digits), or the slope that was being sailed up should have changed the depth by much more than a digit. The slope
+alone is worth a word and no more: slopes end on dredged levels, and there an honest sounder of coarse digits does repeat itself.
 """
 
 from __future__ import annotations
@@ -51,6 +52,8 @@ class RepeatedDepth:
         """Value, readings and way of each repetition that has ended."""
         self.is_stuck = False
         """The value is repeated, and cannot be true so long."""
+        self.is_noise_gone = False
+        """And that is proven by the sounder's own noise, whatever the bottom does."""
 
     @property
     def was_closing(self) -> bool:
@@ -81,7 +84,7 @@ class RepeatedDepth:
             self._past.append((self._value_m, self._count, self._way_m))
         self._value_m, self._count, self._way_m, self._since_us = value_m, 1, 0.0, t_us
         self._slope = slope
-        self.is_stuck = False
+        self.is_stuck = self.is_noise_gone = False
 
     def _proven(self) -> bool:
         way_m = self._way_m
@@ -95,7 +98,8 @@ class RepeatedDepth:
             return False
         steps = self._steps()
         digit_m = min(map(abs, steps))
-        return self._is_noisy(steps, digit_m) or self._is_due(digit_m)
+        self.is_noise_gone = self._is_noisy(steps, digit_m)
+        return self.is_noise_gone or self._is_due(digit_m)
 
     def _is_due(self, digit_m: float) -> bool:
         """Whether the slope, as the sounder's own steps tell it, should have changed the depth by much more than a digit.
