@@ -164,7 +164,7 @@ def test_every_tile_of_the_store_is_kept_and_looked_at_however_many_there_are():
     assert 5 not in norths_of(found)
 
 
-def test_imports_leave_voyages_their_room_and_go_last_the_deepest_first():
+def test_imports_leave_voyages_their_room_and_stay_however_long_a_voyage_is():
     dated, undated = [(i, 9.0, 1000 - i) for i in range(10)], [(i, 3.0 + i, 0) for i in range(10, 20)]
     found = stored(*dated, *undated, most=16)
     for i in range(18):
@@ -173,7 +173,24 @@ def test_imports_leave_voyages_their_room_and_go_last_the_deepest_first():
         assert found.forgotten == max(0, i - 5)
         if i == 15:
             assert [i for i in range(20) if i not in norths_of(found)] == [*range(10)]
-    assert [i for i in range(20) if i not in norths_of(found)] == [*range(10), 18, 19]
+    assert norths_of(found) == [*range(10, 20), *range(52, 68)], "the oldest of the voyage itself goes"
+
+
+def test_imports_go_the_deepest_first_where_nothing_else_is_left(monkeypatch):
+    monkeypatch.setattr("companion.core.guard.depth.memory.TILES_MOST", 10)
+    found = stored(*[(i, 3.0 + i, 0) for i in range(10)])
+    for i in (50, 51):
+        sounded(found, 9.0, north_m=i * TILE_M, utc_s=2000 + i)
+    assert norths_of(found) == [*range(9), 51]
+
+
+def test_an_imported_tile_that_is_sailed_over_belongs_to_the_voyage():
+    found = stored(*[(i, 3.0, 0) for i in range(4)])
+    sounded(found, 3.0, north_m=2 * TILE_M, utc_s=2000)
+    for i in range(18):
+        sounded(found, 9.0, north_m=(50 + i) * TILE_M, utc_s=3000 + i)
+    assert [i for i in norths_of(found) if i < 50] == [0, 1, 3]
+    assert len(found) == 20
 
 
 def test_voyages_that_the_store_holds_too_many_of_stay_until_new_ones_come():

@@ -28,7 +28,7 @@ _ALIKE: Final = 3.0
 TILES_MOST: Final = 100_000
 """Tiles that a store is given at most: the vessel holds them packed, some 50 MB, and takes them back in some ten seconds."""
 _NO_DATE: Final = 1 << 32
-"""Later than any: soundings without a date, which an import brings, are not the first to be forgotten."""
+"""Later than any: soundings without a date, which an import brings, are the last to be forgotten."""
 _CLEAR_M: Final = 48.0
 """Clear water is looked for so far beyond the reach, so that the next looks find the answer ready."""
 
@@ -284,8 +284,9 @@ class DepthMemory:
     def restored(self) -> None:
         """Put the tiles in order of their newest sounding; without a date the deepest first. However many there are, they stay."""
         sailed_since = [key for key in self._tiles if key not in self._rank]
-        self._tiles.put_in_order([*sorted(self._rank, key=lambda key: (self._rank[key], key)), *sailed_since])
-        imported = [rank for rank in self._rank.values() if rank[0] == _NO_DATE]
+        ranked = sorted(self._rank, key=lambda key: (self._rank[key], key))
+        imported = [key for key in ranked if self._rank[key][0] == _NO_DATE]
+        self._tiles.put_in_order([*ranked[: len(ranked) - len(imported)], *sailed_since], imported)
         self._most = max(min(self._tiles_max + len(imported), TILES_MOST), len(self._tiles))
         self._rank.clear()
         self._shoals.clear()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterable, Iterator
+from itertools import chain
 
 from .tiles import TileKey
 
@@ -19,18 +20,20 @@ class TileShelf:
         self._open_max = open_max
         self._order: dict[TileKey, None] = {}
         """Sailed over longest ago first."""
+        self._undated: dict[TileKey, None] = {}
+        """Never sailed over, as far as is known: what an import brought, the first to go first."""
         self._open: dict[TileKey, bytearray] = {}
         self._packed: dict[TileKey, bytes] = {}
 
     def __len__(self) -> int:
-        return len(self._order)
+        return len(self._order) + len(self._undated)
 
     def __contains__(self, key: TileKey) -> bool:
-        return key in self._order
+        return key in self._order or key in self._undated
 
     def __iter__(self) -> Iterator[TileKey]:
-        """Keys, those sailed over longest ago first."""
-        return iter(self._order)
+        """Keys in the order in which they are to go: those sailed over longest ago first, those without a date last."""
+        return chain(self._order, self._undated)
 
     def look(self, key: TileKey) -> bytes | bytearray:
         """A tile to be read."""
@@ -39,7 +42,7 @@ class TileShelf:
 
     def sailed_over(self, key: TileKey) -> bytearray | None:
         """A tile to be changed, the newest of all from now on; None = there is none."""
-        if key not in self._order:
+        if key not in self:
             return None
         tile = bytearray(self.look(key))
         self.remove(key)
@@ -59,10 +62,10 @@ class TileShelf:
         self._open[key] = tile
 
     def remove(self, key: TileKey) -> None:
-        del self._order[key]
+        del (self._order if key in self._order else self._undated)[key]
         self._open.pop(key, None)
         self._packed.pop(key, None)
 
-    def put_in_order(self, keys: Iterable[TileKey]) -> None:
-        """Say anew in which order all tiles were sailed over."""
-        self._order = dict.fromkeys(keys)
+    def put_in_order(self, sailed_over: Iterable[TileKey], undated: Iterable[TileKey]) -> None:
+        """Say anew in which order all tiles were sailed over, and in which those go that were not."""
+        self._order, self._undated = dict.fromkeys(sailed_over), dict.fromkeys(undated)
