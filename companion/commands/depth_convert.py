@@ -57,7 +57,7 @@ def add_convert(actions: Any) -> None:
     )
     parser.add_argument(
         "--dry",
-        type=number(),
+        type=number(0.0),
         default=20.0,
         metavar="M",
         help="land higher than this is written as so high; default 20",

@@ -220,6 +220,17 @@ def test_the_compact_grid_is_what_the_vessel_reads(tmp_path):
     assert grid.depth_at(math.radians(NORTH + 10e-4), math.radians(WEST + 10e-4)) is None
 
 
+def test_land_is_never_written_as_water(tmp_path, capsys):
+    """With ``--dry -2`` it stood in the file as 2 m of water."""
+    chart, out = geotiff(tmp_path / "chart.tif"), tmp_path / "out.xyz"
+    with pytest.raises(SystemExit, match="2"):
+        convert(chart, out, "--positive", "up", "--dry=-2")
+    assert "--dry: -2: give a number of at least 0" in capsys.readouterr().err
+    assert not out.exists()
+    assert convert(chart, out, "--positive", "up", "--dry", "0") == 0
+    assert min(depth_m for *_, depth_m in depths(out)) == 0.0
+
+
 @pytest.mark.parametrize("box", [(), ("--box", "41.1802", "-8.7098", "41.1898", "-8.7002")], ids=["whole", "box"])
 @pytest.mark.parametrize("turn", [0.0, 360.0, -360.0])
 def test_a_chart_from_0_to_360_degrees_gives_the_same_grid(tmp_path, turn, box, capsys):
