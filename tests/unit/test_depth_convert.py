@@ -272,6 +272,34 @@ def test_a_chart_across_the_180th_meridian_is_refused_as_a_grid_or_cut_by_a_box(
         assert grid.depth_at(middle, math.radians(other)) is None
 
 
+@pytest.mark.parametrize("first_deg", [0.0, -0.125], ids=["edges", "middles"])
+def test_a_box_across_the_ends_of_a_chart_from_0_to_360_degrees_is_refused_or_cut_in_two(tmp_path, capsys, first_deg):
+    """Its western half was left out without a word, an islet in it."""
+    world = numpy.full((8, 1440), -10.0)
+    world[4, 1436] = 3.0
+    chart = geotiff(tmp_path / "a.tif", world, origin=(first_deg, 52.0), step=0.25)
+    end = f"{first_deg:g}"
+    for name in ("a.xyz", "a.depth"):
+        out = tmp_path / name
+        pitch = ("--pitch", "1000") if name == "a.depth" else ()
+        assert convert(chart, out, "--positive", "up", *pitch, "--box", "50", "-2", "52", "2") == 2
+        assert f"the box lies on both sides of {first_deg:.5f} degrees" in capsys.readouterr().err
+        assert not out.exists()
+        assert convert(chart, out, "--positive", "up", *pitch, "--box", "50", end, "52", "2") == 0
+        assert convert(chart, out, "--positive", "up", *pitch, "--box", "50", "-2", "52", end) == 0
+    lons = [lon for lon, _, depth_m in depths(tmp_path / "a.xyz") if depth_m == -3.0]
+    assert lons == [pytest.approx(first_deg - 0.875)]
+    grid = load_depth_map(tmp_path / "a.depth")
+    assert grid.depth_at(math.radians(50.875), math.radians(first_deg - 0.875)) == -3.0
+
+
+@pytest.mark.parametrize(("west", "east"), [("-180", "-178"), ("178", "180")])
+def test_a_chart_whose_ends_overlap_is_cut_by_a_box_at_one_of_them(tmp_path, west, east):
+    chart = geotiff(tmp_path / "a.tif", numpy.full((4, 361), 10.0), origin=(-180.5, 2.0), step=1.0)
+    assert convert(chart, tmp_path / "a.xyz", "--positive", "down", "--box", "-2", west, "2", east) == 0
+    assert {abs(lon) for lon, *_ in depths(tmp_path / "a.xyz")} == {178.0, 179.0, 180.0}
+
+
 def test_mistakes_are_told_in_a_line(tmp_path, capsys):
     chart = geotiff(tmp_path / "a.tif", [[-9999.0]])
     (tmp_path / "noise.tif").write_bytes(b"II*\x00" + bytes(100))

@@ -35,6 +35,9 @@ _STEPS: Final = 64
 _TURNS: Final = (0.0, 360.0, -360.0)
 """By which the same longitude may be told: charts count from -180 to 180 or from 0 to 360."""
 
+_SEEN: Final = 0.49
+"""Share of a cell of which a box must hold more before the cell's middle lies in it."""
+
 
 class ChartError(Exception):
     """A chart that cannot be used as it is, with the reason and the mend."""
@@ -173,7 +176,7 @@ class ChartSource:
             return whole  # a turned chart, or a box across the 180th meridian: looked through cell by cell
         south, west, north, east = box
         if self._plain:
-            turn = next((turn for turn in _TURNS if _meets(west + turn, east + turn, chart.bounds)), 0.0)
+            turn = _turn(west, east, chart.bounds, abs(transform.a))
             bounds = west + turn, south, east + turn, north
         else:
             bounds = transform_bounds(_WGS84, self._crs, left=west, bottom=south, right=east, top=north)
@@ -229,8 +232,18 @@ def _near(lon_deg: float, other_deg: float) -> float:
     return other_deg + (apart + 180.0) % 360.0 - 180.0 if abs(apart) > 180.0 and math.isfinite(apart) else lon_deg
 
 
-def _meets(west: float, east: float, bounds: Any) -> bool:
-    return bool(east >= bounds.left and west <= bounds.right)
+def _turn(west: float, east: float, bounds: Any, cell_deg: float) -> float:
+    """By which a box lies on a chart that counts otherwise. Raises ChartError for a box of which both ends of the chart hold a part."""
+    shared = {turn: min(east + turn, bounds.right) - max(west + turn, bounds.left) for turn in _TURNS}
+    most, second = sorted(_TURNS, key=lambda turn: shared[turn], reverse=True)[:2]
+    least_deg = _SEEN * cell_deg
+    if shared[second] > least_deg and east - west - shared[most] > least_deg:
+        edge = (bounds.left + 180.0) % 360.0 - 180.0
+        raise ChartError(
+            f"the box lies on both sides of {edge:.5f} degrees, where the chart begins and ends: "
+            "choose one on each side, into a file each"
+        )
+    return most
 
 
 def _path(rasterio: Any, arguments: argparse.Namespace) -> str:
