@@ -76,6 +76,20 @@ def test_the_range_is_believed_where_the_bottom_went_down_to_it():
     assert line.chain.trouble == ""
 
 
+@pytest.mark.parametrize(("range_m", "step_us"), [(100.0, 100_000), (99.6, 100_000), (100.0, 1_000_000)])
+def test_beyond_the_reach_of_the_sounder_its_range_is_no_repetition(range_m, step_us):
+    """It was told to be looked at, after any gentle slope into deep water."""
+    line, rng = Line(step_us=step_us), random.Random(1)
+    line.sail(60.0, lambda way_m: round(85.0 + 0.08 * way_m + rng.gauss(0.0, 0.1), 2))
+    for _ in range(round(300e6 / step_us)):
+        line.read(lambda way_m: min(round(85.0 + 0.08 * way_m + rng.gauss(0.0, 0.1), 2), range_m))
+        assert line.chain.trouble == ""
+    line.sail(60.0, lambda _: round(90.0 + rng.gauss(0.0, 0.1), 2))
+    assert line.chain.trouble == ""
+    line.sail(60.0, lambda _: 90.0)
+    assert line.chain.trouble.endswith("look at it"), "a depth that is repeated afterwards is found as ever"
+
+
 @pytest.mark.parametrize("times", [2.0, 3.0])
 @pytest.mark.parametrize("step_us", [100_000, 1_000_000])
 def test_a_second_echo_of_a_closing_bottom_is_doubted_for_as_long_as_it_closes(times, step_us):

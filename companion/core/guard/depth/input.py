@@ -210,7 +210,7 @@ class DepthInput:
                 self.trouble = f"Sounder says its range, {distance_m:.0f} m, after {near_m:.1f} m: no bottom heard"
             return True
         slope, speed_mps = self.bottom.slope(reading.t_us), 0.0 if state is None else state.sog_mps or 0.0
-        self._repeated.hear(reading.t_us, distance_m, speed_mps, slope)
+        self._repeated.hear(reading.t_us, None if at_end else distance_m, speed_mps, slope)
         if self._judge_repeated(reading, distance_m, state):
             return True
         jump = self._jump

@@ -65,20 +65,23 @@ class RepeatedDepth:
         """Whether the last reading was the one before."""
         return self._count > 1
 
-    def hear(self, t_us: int, value_m: float, speed_mps: float, slope: float) -> None:
-        """Take a reading: as the sounder said it, m; ``slope``: by how much the bottom was rising for each metre sailed, 0 = it was not."""
+    def hear(self, t_us: int, value_m: float | None, speed_mps: float, slope: float) -> None:
+        """Take a reading: as the sounder said it, m, None for its range, which is no depth and may come for hours.
+
+        ``slope``: by how much the bottom was rising for each metre sailed, 0 = it was not.
+        """
         since_s, self._last_us = (t_us - self._last_us) * 1e-6, t_us
         is_moving = speed_mps > _MOVES_MPS
         if is_moving:
             self._way_m += speed_mps * min(max(since_s, 0.0), _PAUSE_S)
-        if value_m != self._value_m:
+        if value_m is None or value_m != self._value_m:
             self._begin(t_us, value_m, slope)
             return
         self._count += 1
         if is_moving:
             self.is_stuck = self.is_stuck or self._proven()
 
-    def _begin(self, t_us: int, value_m: float, slope: float) -> None:
+    def _begin(self, t_us: int, value_m: float | None, slope: float) -> None:
         # What was stuck says nothing of how long a sounder that lives repeats itself.
         if self._value_m is not None and not self.is_stuck:
             self._past.append((self._value_m, self._count, self._way_m))
