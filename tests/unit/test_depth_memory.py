@@ -176,12 +176,12 @@ def test_imports_leave_voyages_their_room_and_stay_however_long_a_voyage_is():
     assert norths_of(found) == [*range(10, 20), *range(52, 68)], "the oldest of the voyage itself goes"
 
 
-def test_imports_go_the_deepest_first_where_nothing_else_is_left(monkeypatch):
-    monkeypatch.setattr("companion.core.guard.depth.memory.TILES_MOST", 10)
-    found = stored(*[(i, 3.0 + i, 0) for i in range(10)])
-    for i in (50, 51):
-        sounded(found, 9.0, north_m=i * TILE_M, utc_s=2000 + i)
-    assert norths_of(found) == [*range(9), 51]
+def test_where_imports_leave_a_voyage_no_room_they_go_the_deepest_first(monkeypatch):
+    monkeypatch.setattr("companion.core.guard.depth.memory.TILES_MOST", 20)
+    found = stored(*[(i, 3.0 + i, 0) for i in range(20)])
+    for i in range(18):
+        sounded(found, 9.0, north_m=(50 + i) * TILE_M, utc_s=2000 + i)
+    assert norths_of(found) == [*range(4), *range(52, 68)], "16 of the voyage"
 
 
 def test_an_imported_tile_that_is_sailed_over_belongs_to_the_voyage():

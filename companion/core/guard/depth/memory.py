@@ -126,7 +126,7 @@ class DepthMemory:
 
     def _new_tile(self, key: TileKey) -> bytearray:
         while len(self._tiles) >= self._most:
-            self._remove(next(iter(self._tiles)))
+            self._remove(self._tiles.first_to_go(self._tiles_max))
             self.forgotten += 1
         self._shoals[key] = {}
         self._centre = None

@@ -35,6 +35,11 @@ class TileShelf:
         """Keys in the order in which they are to go: those sailed over longest ago first, those without a date last."""
         return chain(self._order, self._undated)
 
+    def first_to_go(self, room: int) -> TileKey:
+        """The tile sailed over longest ago; one without a date only where fewer than ``room`` have been sailed over."""
+        is_short = len(self._order) < room
+        return next(chain(self._undated, self._order) if is_short else iter(self))
+
     def look(self, key: TileKey) -> bytes | bytearray:
         """A tile to be read."""
         packed = self._packed.get(key)
