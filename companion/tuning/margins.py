@@ -70,12 +70,20 @@ def _pade(delay_s: float) -> tuple[Any, Any, Any, Any]:
     return fraction.A, fraction.B, fraction.C, fraction.D
 
 
+def _in_weather(vessel: VesselConfig) -> VesselConfig:
+    """The vessel with the lag that her rudders have in the swings of weather, which is what the law reckons with."""
+    rudder = vessel.rudder
+    if vessel.helm_lag_s == rudder.lag_s:
+        return vessel
+    return vessel.model_copy(update={"rudder": rudder.model_copy(update={"lag_s": vessel.helm_lag_s})})
+
+
 def model_loop(config: SteeringConfig, vessel: VesselConfig, speed_mps: float) -> Any:
     """Return the heading loop of profile ``model``, in state space: PD on heading and measured rate, and the integral."""
     import control
 
     kp, ki, kd = ModelController(config, vessel).heading_gains(speed_mps)
-    plant = moment_plant(vessel, speed_mps)
+    plant = moment_plant(_in_weather(vessel), speed_mps)
     return control.ss([[0.0]], [[1.0, 0.0]], [[ki]], [[kp, kd]]) * plant
 
 
@@ -99,7 +107,7 @@ def seed_loop(config: SteeringConfig, vessel: VesselConfig, speed_mps: float, ga
         [[gains.ki, -gains.kd * fast_pole * fast_pole]],
         [[gains.kp + gains.kd * fast_pole]],
     )
-    return law * share_plant(vessel, speed_mps, seed_share(config.seed, vessel, speed_mps))
+    return law * share_plant(_in_weather(vessel), speed_mps, seed_share(config.seed, vessel, speed_mps))
 
 
 def heading_margins(

@@ -20,6 +20,7 @@ from companion.tuning.plants import nomoto, vessel_system
 from sitl.plant.hull import SimVessel
 from sitl.plant.library import load_vessel, vessel_names
 from tests.conftest import require
+from tools.benches.cells.foreign_hulls import any_hull
 
 numpy = pytest.importorskip("numpy")
 
@@ -107,6 +108,18 @@ def test_margins_are_the_laws_own_whatever_the_propellers_make_of_a_command(prop
         judged = LoopJudge(yaw_plant(vessel, found.speed_mps)).margins(*law.heading_gains(found.speed_mps))
         assert found.gain_db == pytest.approx(judged.gain_db, abs=0.5)
         assert found.phase_deg == pytest.approx(judged.phase_deg, abs=1.0)
+
+
+def test_margins_are_the_laws_own_behind_a_slow_servo():
+    """They knew its lag alone, and told 7 dB, below the bar, of a boat that the law sails with 17."""
+    quick = any_hull("single")
+    vessel = quick.model_copy(update={"rudder": quick.rudder.model_copy(update={"rate_dps": 8.0})})
+    law = ModelController(SteeringConfig(), vessel)
+    for found in heading_margins(SteeringConfig(), vessel, "model", speeds=(0.5, 1.5)):
+        judged = LoopJudge(yaw_plant(vessel, found.speed_mps)).margins(*law.heading_gains(found.speed_mps))
+        assert found.gain_db == pytest.approx(judged.gain_db, abs=0.5)
+        assert found.phase_deg == pytest.approx(judged.phase_deg, abs=1.0)
+        assert found.holds
 
 
 def test_gains_tuned_on_error_only_are_caught():
