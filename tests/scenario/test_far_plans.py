@@ -121,6 +121,57 @@ def test_a_current_item_that_was_moved_far_away_is_not_sailed(voyage, paused):
     assert trip.distance_m < 70.0
 
 
+def returned(voyage, *, anew):
+    """At home after a plan that was left at its second point; ``anew``: disarmed, and armed again."""
+    trip = voyage(NO_DEPTH, "mission.first_distance_m=300")
+    trip.sail(2.5, (20.0, 0.0), (60.0, 0.0), (100.0, 0.0), after_s=20.0)
+    assert trip.snapshot.progress.seq == 2
+    trip.mode(Mode.RTL)
+    trip.run(30.0)
+    if anew == "disarmed":
+        trip.ask(Arm(arm=False))
+    elif anew == "armed again":
+        trip.mode(Mode.HOLD)
+        trip.ask(Arm(arm=False))
+        trip.ask(Arm(arm=True))
+    return trip
+
+
+@pytest.mark.parametrize("anew", ["", "disarmed", "armed again"])
+def test_another_plan_with_the_same_way_out_begins_at_its_first_item_at_home(voyage, anew):
+    trip = returned(voyage, anew=anew)
+    assert trip.plan(2.5, (20.0, 0.0), (0.0, 60.0), (0.0, 100.0)).reason == ""
+    trip.run(1.0)
+    assert trip.snapshot.progress.seq == 0
+    assert any("begins at its first item" in text for text in trip.texts)
+    if anew == "disarmed":
+        trip.ask(Arm(arm=True))
+    assert trip.mode(Mode.AUTO).reason == ""
+    trip.run(3.0)
+    assert trip.snapshot.progress.seq == 1, "the way out first"
+
+
+def test_the_same_plan_goes_on_where_it_was_after_the_way_home(voyage):
+    trip = returned(voyage, anew="disarmed")
+    assert trip.plan(2.5, (20.0, 0.0), (60.0, 0.0), (100.0, 0.0)).reason == ""
+    trip.run(1.0)
+    assert trip.snapshot.progress.seq == 2
+
+
+@pytest.mark.parametrize("paused", [False, True], ids=["under way", "paused"])
+def test_a_moved_item_beyond_the_first_distance_is_sailed_under_way_alone(voyage, paused):
+    trip = voyage(NO_DEPTH, "mission.first_distance_m=300")
+    trip.sail(2.5, (20.0, 0.0), (60.0, 0.0), after_s=20.0)
+    assert trip.snapshot.progress.seq == 2
+    if paused:
+        trip.mode(Mode.HOLD)
+    trip.plan(2.5, (20.0, 0.0), (900.0, 0.0))
+    trip.run(2.0)
+    assert any("its leg begins here" in text for text in trip.texts)
+    assert ("MIS_DIST_1WP" in trip.mode(Mode.AUTO).reason) is paused
+    assert trip.snapshot.mode is (Mode.HOLD if paused else Mode.AUTO)
+
+
 def test_a_plan_uploaded_again_while_paused_goes_on_where_it_was(voyage):
     trip = voyage(NO_DEPTH, "mission.first_distance_m=50")
     trip.sail(2.5, (40.0, 0.0), (100.0, 0.0), (100.0, 100.0), after_s=35.0)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from hypothesis import given, settings, strategies as st
 
-from companion.core.vehicle.mission import BEGINS_ANEW, GOES_ON, Leg, Mission, nearest
+from companion.core.vehicle.mission import ANOTHER, BEGINS_ANEW, GOES_ON, Leg, Mission, nearest
 from companion.core.vehicle.plan_reach import MissionConfig
 from mavlink_bridge.language.figures import Circle, Hover
 from mavlink_bridge.language.messages import (
@@ -22,6 +22,7 @@ from mavlink_bridge.language.messages import (
     PlanSpecification,
     PlanState,
     ReturnHome,
+    Severity,
 )
 
 LAT, LON = math.radians(41.0), math.radians(-8.0)
@@ -202,7 +203,7 @@ def test_a_new_plan_with_the_current_item_moved_goes_on_at_it_from_here() -> Non
     assert moved.maneuver == point(2, 95)
     assert (moved.previous, moved.speed_mps) == (None, 2.2), "from where the boat is, as fast as before"
     assert moved.generation != before.generation
-    assert [text for _, text in made.drain_texts()] == [GOES_ON]
+    assert list(made.drain_texts()) == [(Severity.WARNING, GOES_ON)], "a radio carries warnings"
     assert not made.load(PlanSpecification((ChangeSpeed(0, 2.2), point(1)), 3)), "its place is beyond the plan's end"
     assert leg_of(made, 4).maneuver.seq == 1
     assert [text for _, text in made.drain_texts()] == [BEGINS_ANEW]
@@ -224,6 +225,34 @@ def test_a_paused_plan_keeps_its_place_when_it_is_uploaded_again() -> None:
     made.pause()
     assert not made.load(PlanSpecification((point(0, 51), point(1, 96)), 4))
     assert (made.state, made.seq, made.is_changed) == (PlanState.NOT_STARTED, 0, False)
+
+
+def paused_at_the_second_item() -> Mission:
+    made = mission(point(0), point(1, 90))
+    leg_of(made, 0)
+    finish(made, 1)
+    made.pause()
+    return made
+
+
+def test_a_place_that_was_left_is_kept_for_the_same_plan_alone() -> None:
+    same, other = PlanSpecification((point(0), point(1, 90)), 2), PlanSpecification((point(0), point(1, 95)), 3)
+    for is_armed in (False, True):
+        for plan, goes_on in ((same, True), (other, False)):
+            made = paused_at_the_second_item()
+            if is_armed:
+                made.leave()
+            assert made.load(plan, is_armed=is_armed) is goes_on
+            assert made.seq == int(goes_on)
+            assert list(made.drain_texts()) == ([] if goes_on else [(Severity.NOTICE, ANOTHER)])
+
+
+def test_a_place_that_was_left_is_one_again_when_the_plan_goes_on() -> None:
+    made = paused_at_the_second_item()
+    made.leave()
+    made.start()
+    assert made.load(PlanSpecification((point(0), point(1, 95)), 3))
+    assert made.seq == 1
 
 
 def test_a_jump_counts_on_where_it_is_the_same_and_anew_where_it_is_not() -> None:

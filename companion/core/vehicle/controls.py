@@ -127,9 +127,14 @@ class Controls:
         if config.depth != old.depth:
             self.standing = self._say_guard()
 
+    @property
+    def _sails_plan(self) -> bool:
+        is_active = self.parts.mission.state is PlanState.ACTIVE
+        return self.armed and self.parts.navigator.mode is Mode.AUTO and is_active
+
     def load_plan(self, plan: PlanSpecification) -> None:
-        sails = self.armed and self.parts.navigator.mode is Mode.AUTO and self.parts.mission.state is PlanState.ACTIVE
-        if self.parts.mission.load(plan):
+        sails = self._sails_plan
+        if self.parts.mission.load(plan, is_armed=self.armed):
             self.parts.plan_reach.goes_on(plan)
         if sails and not plan.maneuvers:
             self.voice.say(Severity.INFO, "the plan was cleared: keeping station here")
@@ -157,6 +162,8 @@ class Controls:
                 self.set_home_here()
             if self.parts.navigator.mode is Mode.AUTO:
                 self.look_at_reach()
+            else:
+                self.parts.mission.leave()
         self.voyage.armed(now_us, self.here)
         self.armed, self.decided = True, replace(self.decided, armed=True)
 
@@ -194,7 +201,8 @@ class Controls:
         """Return why the plan lies too far away to be sailed from item ``first`` on, or an empty string."""
         mission = self.parts.mission
         is_there = first == mission.seq and mission.state in (PlanState.PAUSED, PlanState.ACTIVE)
-        goes_on, under_way = is_there and not mission.is_changed, under_way or (is_there and mission.is_changed)
+        goes_on = is_there and not mission.is_changed
+        under_way = under_way or (is_there and mission.is_changed and self._sails_plan)
         return self.parts.plan_reach.refusal(
             mission.plan, first, self.state, mission.home, goes_on=goes_on, under_way=under_way
         )
@@ -202,7 +210,7 @@ class Controls:
     def look_at_reach(self) -> None:
         """Loading a plan or arming in Auto starts it: one that lies too far away is told, and the vessel holds instead."""
         mission, in_auto = self.parts.mission, self.parts.navigator.mode is Mode.AUTO
-        refusal = self.reach_refusal(mission.seq, under_way=self.armed and mission.state is PlanState.ACTIVE)
+        refusal = self.reach_refusal(mission.seq, under_way=self._sails_plan)
         if refusal and in_auto:
             self.parts.navigator.enter(Mode.HOLD, self.state)
         if refusal:

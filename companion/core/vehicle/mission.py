@@ -73,6 +73,7 @@ _EXIT_RAD: Final = 0.15
 
 BEGINS_ANEW: Final = "the new plan begins at its first item: what comes before the current one is another"
 GOES_ON: Final = "the new plan goes on at its current item, which is another: its leg begins here"
+ANOTHER: Final = "the new plan begins at its first item: the place in the old one was left"
 
 
 class Mission:
@@ -87,6 +88,8 @@ class Mission:
         self.seq = 0
         self.is_changed = False
         """Whether the current item was changed since it was begun: that it was near then says nothing of where it is now."""
+        self._is_left = False
+        """Whether the vessel has left its place in the plan since it was begun; another plan then begins at its first item."""
         self.home: LatLon | None = None
         self.rally: tuple[LatLon, ...] = ()
         self.utc_s_of_day: float | None = None
@@ -115,14 +118,16 @@ class Mission:
         """Take new settings; they count from the next leg on."""
         self.config = config
 
-    def load(self, plan: PlanSpecification) -> bool:
+    def load(self, plan: PlanSpecification, *, is_armed: bool = True) -> bool:
         """Replace the plan. One that is under way or paused goes on where it is if that still means the same, else from the start.
 
-        Returns whether it goes on.
+        Disarmed, or where the place was left, only the same plan goes on. Returns whether it goes on.
         """
         old, seq = self.plan, self.seq
         was_begun = self.state in (PlanState.ACTIVE, PlanState.PAUSED)
-        goes_on = was_begun and bool(plan.maneuvers) and plan.goes_on_from(old, seq)
+        in_place = is_armed and not self._is_left
+        means_same = plan.goes_on_from(old, seq) if in_place else plan.maneuvers == old.maneuvers
+        goes_on = was_begun and bool(plan.maneuvers) and means_same
         self.plan, self.total = plan, len(plan.maneuvers)
         self._last = None
         if not plan.maneuvers:
@@ -130,12 +135,12 @@ class Mission:
         elif not goes_on:
             self._forget(PlanState.ACTIVE if self.state is PlanState.ACTIVE else PlanState.NOT_STARTED)
             if was_begun and seq:
-                self._texts.append((Severity.WARNING, BEGINS_ANEW))
+                self._texts.append((Severity.WARNING, BEGINS_ANEW) if in_place else (Severity.NOTICE, ANOTHER))
         else:
             self._jumps = {number: done for number, done in self._jumps.items() if plan.has_same(old, number)}
             if seq < self.total and not plan.has_same(old, seq):
                 self._leg, self._sailed_to, self.is_changed = None, None, True
-                self._texts.append((Severity.INFO, GOES_ON))
+                self._texts.append((Severity.WARNING, GOES_ON))
             self._look_onward()
         return goes_on
 
@@ -155,7 +160,7 @@ class Mission:
         if first is not None:
             self._forget(PlanState.ACTIVE)
             self.seq = first
-        self._last = last
+        self._last, self._is_left = last, False
         if self.state is PlanState.ACTIVE:
             self._look_onward()
         else:
@@ -177,6 +182,10 @@ class Mission:
             self.state = PlanState.PAUSED
             self._leg = None
             self._sailed_to = None
+
+    def leave(self) -> None:
+        """The vessel goes home, or is armed anew: its place means something to this plan only, until the plan goes on."""
+        self._is_left = True
 
     def set_current(self, seq: int, *, reset: bool = False) -> str:
         """Make ``seq`` the current item. Return an empty string or why not."""

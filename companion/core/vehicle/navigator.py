@@ -120,6 +120,7 @@ class Navigator:
             self._hold = None
             self.mission.resume()
         elif mode is Mode.RTL:
+            self.mission.leave()
             self._speed_mps = None  # what an earlier guided order asked for says nothing of the way home
             self._return(state)
         elif mode is Mode.CIRCLE:
