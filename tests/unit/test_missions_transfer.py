@@ -562,6 +562,25 @@ def test_a_late_copy_of_the_request_that_began_an_upload_changes_nothing():
     assert link.vessel_stores()[-1].type == MissionResult.ACCEPTED
 
 
+@pytest.mark.parametrize("between", [[], ["cancel"], ["other"]], ids=["", "cancelled before", "after a refusal"])
+def test_a_clearing_by_a_count_of_0_that_is_asked_for_again_is_acknowledged_once(between):
+    link = Link(timing=MissionTiming(hold_us=400_000, store_us=None))
+    link.upload([point(1)], PlanKind.RALLY)
+    assert link.count(0, PlanKind.RALLY.value) == []
+    for each in between:
+        if each == "cancel":
+            link.ack(MissionResult.OPERATION_CANCELLED, PlanKind.RALLY.value)
+        else:
+            assert link.count(3, PlanKind.RALLY.value)[0].type == MissionResult.DENIED
+    link.server.drain_texts()
+    for _ in range(3):
+        link.poll(0.7)
+        assert link.count(0, PlanKind.RALLY.value) == []
+    assert link.server.drain_texts() == []
+    assert [message.type for message in link.vessel_stores()] == [MissionResult.ACCEPTED]
+    assert link.store.plans[PlanKind.RALLY] == ()
+
+
 def test_a_cancel_while_a_plan_is_on_its_way_is_told_and_an_upload_after_it_refused():
     link = held()
     assert link.ack(MissionResult.OPERATION_CANCELLED) == []

@@ -183,6 +183,9 @@ class MissionServer:
         kind, upload = session.kind, session.upload
         old = self._uploads.get((sender, kind))
         if old is not None and old.storing_us is not None:
+            if old.clears and upload.count == 0:
+                old.given_up = False  # what is stored now is all that it asks for: it waits for the ACK again
+                return []
             if old.is_copy(message, upload):
                 return []  # of the request that began it: the ACK is on its way
             old.given_up = True

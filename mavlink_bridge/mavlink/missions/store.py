@@ -94,6 +94,11 @@ class UploadSession:
         if (number - self._frame) % _FRAMES < _FRAMES // 2 or not self.upload.items:
             self._frame = number
 
+    @property
+    def clears(self) -> bool:
+        """Whether it leaves nothing, and was asked for no item: a station that misses its ACK asks for it again."""
+        return self.upload.count == 0
+
     def is_copy(self, message: Any, upload: Upload) -> bool:
         """Whether the request for ``upload``, which comes when all items are here, is the late one that began this upload.
 
