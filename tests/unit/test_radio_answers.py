@@ -8,6 +8,7 @@ import pytest
 
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import Arm, LoadPlan, Origin, PlanKind, RequestBody, Result, SetMode, StartPlan
+from mavlink_bridge.mavlink.missions.plan_rules import plan_id
 from mavlink_bridge.mavlink.wire.codec import dialect
 from mavlink_bridge.mavlink.wire.payload import payload
 from mavlink_bridge.radio.codec.wire import Kind
@@ -129,6 +130,24 @@ def test_nothing_to_clear_is_answered_on_shore() -> None:
     rig.run(120.0)
     assert rig.ask(LoadPlan(PlanKind.FENCE, ()))[1].result is Result.ACCEPTED
     assert rig.vessel.plans.items(PlanKind.FENCE) == ()
+
+
+@pytest.mark.parametrize("other", [1, 2], ids=["the same station", "another"])
+@pytest.mark.parametrize(("refuse", "result"), [("", Result.ACCEPTED), ("no", Result.DENIED)])
+def test_a_clearing_that_a_plan_follows_ends_as_the_plan_and_never_after_it(
+    other: int, refuse: str, result: Result
+) -> None:
+    rig, plan = settled(), compiled(survey_items(5))
+    rig.vessel.refuse = refuse
+    rig.pair.air.jammed = True
+    rig.twin.submit("clear", LoadPlan(PlanKind.MISSION, ()), rig.now_us, station=1)
+    rig.run(0.5)
+    rig.pair.air.jammed = False
+    rig.twin.submit("load", plan, rig.now_us, station=other)
+    rig.run(30.0)
+    loads = [body for _, body in rig.vessel.executed if isinstance(body, LoadPlan)]
+    assert [plan_id(body.items) for body in loads] == [plan_id(plan.items)], "the clearing is asked for no more"
+    assert [(owner, reply.result) for _, owner, reply in rig.replies] == [("clear", result), ("load", result)]
 
 
 def test_an_answer_given_again_tells_the_state_of_now() -> None:

@@ -75,9 +75,16 @@ class PendingOrders:
         return False
 
     def put(self, number: int, body: RequestBody, owner: Hashable, station: Hashable) -> set[int]:
-        """Note what goes on the air. Returns the numbers of the same order from before its contrary: it takes their owners over."""
+        """Note what goes on the air. Returns the numbers of those that it stands for, whose owners it takes over.
+
+        That are the same order from before its contrary, and a clearing, which must not be carried out after the plan that follows it.
+        """
         order = PendingOrder(body, {})
-        replaced = {old for old, older in self._orders.items() if older.is_taken_back and older.body == body}
+        replaced = {
+            old
+            for old, older in self._orders.items()
+            if (older.is_taken_back and older.body == body) or _is_cleared_by(older.body, body)
+        }
         for old in replaced:
             order.owners |= self._orders.pop(old).owners
         for older in self._orders.values():
@@ -85,6 +92,13 @@ class PendingOrders:
         order.owners[owner] = station
         self._orders[number] = order
         return replaced
+
+
+def _is_cleared_by(older: RequestBody, body: RequestBody) -> bool:
+    """Whether ``older`` only makes room that ``body`` makes itself."""
+    if not (isinstance(older, LoadPlan) and isinstance(body, LoadPlan)):
+        return False
+    return older.kind is body.kind and not older.items
 
 
 def message_of(

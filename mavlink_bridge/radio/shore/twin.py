@@ -207,7 +207,9 @@ class ShoreTwin:
         except (ValueError, PlanCodecError) as error:
             self._replies.append((owner, Reply(Result.DENIED, str(error))))
             return
-        self.link.withdraw(self._pending.put(number, body, owner, station), OVERTAKEN)
+        self.link.withdraw(replaced := self._pending.put(number, body, owner, station), OVERTAKEN)
+        if replaced and isinstance(body, LoadPlan):
+            self._sync.lacks(Wanted.INFO)  # what was withdrawn may have been carried out
         if body.nature.stops:
             self._tell(stops_word(self.link.ledger, now_us, at_most=3, spoken_for=1), now_us)
 
