@@ -30,7 +30,13 @@ def may_write(out: Path | None, *read: Path | None, is_own: Callable[[Tables], b
 
     ``read``: what the command reads, folders too. ``is_own``: whether the tables of a TOML file are of this command's making.
     """
-    if out is None or not out.is_file():
+    if out is None or out.is_dir():
+        return
+    if not out.exists() and out.suffix in _RECORDED:
+        raise ConfigError(
+            str(out), [f"{out.suffix} is the ending of a recording, which no command writes; name another file"]
+        )
+    if not out.is_file():
         return
     if any(out.samefile(each) for each in _files(read)):
         raise ConfigError(str(out), ["is what this command reads, and is not written over; name another file"])
@@ -69,5 +75,5 @@ def _tables(path: Path) -> Tables | None:
         return None
     try:
         return tomllib.loads(path.read_text(encoding="utf-8-sig")) or None
-    except ValueError:
+    except (ValueError, RecursionError):  # no TOML, or none that anybody wrote: nested beyond what can be read
         return {} if path.suffix == ".toml" else None

@@ -98,6 +98,24 @@ def test_what_a_command_made_itself_it_makes_again(files):
         may_write(files / "broken.toml")
 
 
+@pytest.mark.parametrize("name", ["new.bin", "new.tlog", "new.jsonl"])
+def test_the_ending_of_a_recording_is_refused_at_once_and_not_at_the_second_time(files, capsys, name):
+    for _ in range(2):
+        assert main(["depth", "export", "boat.db", name]) == 2
+        told = capsys.readouterr().err
+        assert told.startswith(f"{name}: ")
+        assert "name another file" in told
+        assert not (files / name).exists()
+
+
+def test_a_file_that_is_nested_beyond_reading_is_judged_by_its_name(files):
+    for name in ("deep.txt", "deep.toml"):
+        (files / name).write_text("x=" + "[" * 20_000)
+    may_write(files / "deep.txt")
+    with pytest.raises(ConfigError, match="TOML"):
+        may_write(files / "deep.toml")
+
+
 def test_drawing_a_plan_twice_and_exporting_twice_works(files):
     for _ in range(2):
         assert main(["plan", "check", "a.plan", "--svg", "a.svg"]) == 0
