@@ -146,11 +146,12 @@ def test_a_heading_is_steered_and_a_stream_that_stops_ends_in_station_keeping(wo
     ("other", "told"),
     [
         (Station(254, 190, "gcs", "10.0.0.1"), "station 255 over gcs has the sticks"),
-        (Station(255, 190, "tcp", "10.0.0.1"), "station 255 over gcs has the sticks"),
+        (Station(255, 190, "tcp", "10.0.0.2"), "station 255 over gcs has the sticks"),
+        (Station(255, 190, "tcp", ""), "station 255 over gcs has the sticks"),
         (Station(255, 230, "gcs", "10.0.0.1"), "station 255/190 over gcs has the sticks"),
         (Station(255, 190, "gcs", "10.0.0.2"), "station 255 over gcs at 10.0.0.1 has the sticks"),
     ],
-    ids=["number", "link", "component", "host"],
+    ids=["number", "link", "serial link", "component", "host"],
 )
 def test_sticks_belong_to_one_station_and_time_out(world: World, other: Station, told: str) -> None:
     accept(world, SetMode(Mode.MANUAL))
@@ -167,6 +168,28 @@ def test_sticks_belong_to_one_station_and_time_out(world: World, other: Station,
     assert {reply.reason for reply in replies} == {told}
     assert world.snapshot.output.thruster_port == 0.0
     assert mode_of(world) is Mode.MANUAL
+
+
+@pytest.mark.parametrize("is_heard", [True, False], ids=["heard", "silent"])
+def test_a_program_on_its_second_link_has_the_sticks_once_those_of_the_first_are_neutral(
+    world: World, is_heard: bool
+) -> None:
+    first, second = (Station(255, 190, link, "10.0.0.1") for link in ("gcs", "tcp"))
+    accept(world, SetMode(Mode.MANUAL))
+    accept(world, Arm(arm=True))
+    replies: list[Reply] = []
+    for tick in range(60):
+        if tick < 20 or is_heard:
+            world.app.submit(ManualInput(0.8, 0.0, 255), station=first)
+        if tick >= 20:
+            world.app.submit(ManualInput(-0.8, 0.0, 255), replies.append, station=second)
+        world.step()
+    obeyed = [reply.result is Result.ACCEPTED for reply in replies]
+    assert not any(obeyed[:9]), "the first one's sticks steer for half a second"
+    assert all(obeyed[14:]) is not is_heard
+    assert any(obeyed) is not is_heard
+    assert world.snapshot is not None
+    assert (world.snapshot.output.thruster_port > 0.0) is is_heard
 
 
 @pytest.mark.parametrize("last", [SetMode(Mode.MANUAL), Arm(arm=True)], ids=["armed before", "armed last"])

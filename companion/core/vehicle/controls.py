@@ -249,7 +249,8 @@ class Controls:
 
     def manual_owner(self, station: Station | None, now_us: int) -> Station | None:
         """Return who has the sticks; the sender when they were free. A change of hands is told to everybody."""
-        owner, text = self._sticks.owner(station, now_us, self.config.operator.owner_timeout_s)
+        timeout_s, neutral_s = self.config.operator.owner_timeout_s, self.config.failsafe.manual_timeout_s
+        owner, text = self._sticks.owner(station, now_us, timeout_s, neutral_s)
         self._tell_hands(text)
         return owner
 

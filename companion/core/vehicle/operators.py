@@ -227,13 +227,17 @@ class StickOwner:
     def __init__(self) -> None:
         self._owner: tuple[Station | None, int] | None = None
 
-    def owner(self, station: Station | None, now_us: int, timeout_s: float) -> tuple[Station | None, str]:
+    def owner(
+        self, station: Station | None, now_us: int, timeout_s: float, neutral_s: float
+    ) -> tuple[Station | None, str]:
         """A stick message came. Return who has the sticks, and what is to be told of a change of hands.
 
-        They are free when their owner has been silent for ``timeout_s``.
+        They are free when their owner has been silent for ``timeout_s``; to the same program on another link when they are neutral,
+        after ``neutral_s``.
         """
         owner = self._owner
-        if owner is None or now_us - owner[1] > timeout_s * 1e6:
+        silent_s = min(timeout_s, neutral_s) if owner and _is_one_program(owner[0], station) else timeout_s
+        if owner is None or now_us - owner[1] > silent_s * 1e6:
             return station, self._hand_over(station, now_us)
         if owner[0] == station:
             self._owner = (station, now_us)
@@ -251,6 +255,13 @@ class StickOwner:
         if before is None or before[0] is None or station is None or before[0] == station:
             return ""
         return f"{_start(station.beside(before[0]))} has the sticks now, not {before[0].beside(station)}"
+
+
+def _is_one_program(one: Station | None, other: Station | None) -> bool:
+    """Whether two stations are, by all that is known, one program on two links. A serial link tells no host."""
+    if one is None or other is None or not one.host:
+        return False
+    return (one.system, one.component, one.host) == (other.system, other.component, other.host)
 
 
 def leads(body: RequestBody, *, manual: bool) -> bool:
