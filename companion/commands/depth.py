@@ -28,7 +28,7 @@ from ..io.keeping.depth_store import (
 )
 from ..io.whole_file import whole_file
 from ..settings import ConfigError
-from .depth_convert import add_convert
+from .chart.convert import add_convert
 from .numbers import number
 from .outputs import may_write
 from .progress import ProgressLine

@@ -172,8 +172,8 @@ class ModelController:
     def _tune_under_way(self) -> None:
         speed, before = max(self._observer.u_mps, 0.0), self._omega(max(self._observer.u_mps, 0.0))
         self._tune(self._config)
-        takes_over_nm = self._inertia * (before * before - self._omega(speed) ** 2) * self._heading_error
-        most_nm = 0.5 * self._saturated_nm
+        now, most_nm = self._omega(speed), 0.5 * self._saturated_nm
+        takes_over_nm = self._inertia * (before * before - now * now) * self._heading_error
         self._yaw_integral_nm = clamp(self._yaw_integral_nm + takes_over_nm, -most_nm, most_nm)
 
     def thrusters(self, shares: Shares, through_mps: tuple[float, float] | None = None) -> None:

@@ -148,5 +148,5 @@ def _rise(places: list[tuple[float, float]]) -> float:
     """By how much the bottom rises for each metre along: the least-squares line."""
     count = len(places)
     mean_m, deep_m = math.fsum(x for x, _ in places) / count, math.fsum(y for _, y in places) / count
-    spread = math.fsum((x - mean_m) ** 2 for x, _ in places)
+    spread = math.fsum((x - mean_m) * (x - mean_m) for x, _ in places)
     return -math.fsum((x - mean_m) * (y - deep_m) for x, y in places) / spread if spread > 0.0 else 0.0

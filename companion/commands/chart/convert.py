@@ -17,15 +17,15 @@ from typing import Any, Final
 
 from mavlink_bridge.language.geodesy import metres_per_radian
 
-from ..io.whole_file import whole_file
-from ..settings import ConfigError
-from . import MissingExtraError, install_line
-from .chart.fill import Fill
-from .chart.source import METRES, Block, ChartError, ChartSource, opened
-from .chart.tally import BlockTally
-from .numbers import number
-from .outputs import may_write
-from .progress import ProgressLine
+from ...io.whole_file import whole_file
+from ...settings import ConfigError
+from .. import MissingExtraError, install_line
+from ..numbers import number
+from ..outputs import may_write
+from ..progress import ProgressLine
+from .fill import Fill
+from .source import METRES, Block, ChartError, ChartSource, opened
+from .tally import BlockTally
 
 _INTERRUPTED: Final = 130
 """Exit status of a program that Ctrl-C has ended, as shells have it."""
