@@ -131,6 +131,11 @@ class Handling:
         spare_n = min(most_n - each_n, law.astern_n + each_n)
         return YawAuthority(rudder, 2.0 * self.model.lateral_m * spare_n)
 
+    def reach_radps(self, speed_mps: float, error_rad: float) -> float:
+        """Return the bandwidth of a heading loop at which an error just uses up the yaw authority at a speed, rad/s."""
+        given = self.authority(speed_mps)
+        return math.sqrt((given.rudder_nm + given.differential_nm) / (self.vessel.hull.turning_kgm2 * error_rad))
+
     def yaw_damping(self, speed_mps: float) -> tuple[float, float]:
         """Return (linear, quadratic) damping of the steadily turning hull, Nm/(rad/s) and Nm/(rad/s)²."""
         place = speed_mps * self._per_mps

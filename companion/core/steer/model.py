@@ -105,7 +105,7 @@ class ModelController:
     def _tune(self, config: ModelConfig) -> None:
         """Bandwidth over speed: no more than the yaw authority supports, nor than leaves margins at the stated delay."""
         handling, vessel = self._handling, self._vessel
-        reach = self._reach(0.5 * handling.top_mps)
+        reach = handling.reach_radps(0.5 * handling.top_mps, _SATURATED_RAD)
         most = min(config.heading_bandwidth, reach)
         self._wishes = Wishes(
             most, config.heading_damping, config.heading_integral, config.heading_late_s + self._seldom_s
@@ -121,7 +121,10 @@ class ModelController:
         most_radps = min(_REFERENCE_RATE, _REFERENCE_TIMES * self._firm_radps)
         steps = range(len(schedule.gains))
         # kicks turn a boat that they turn with all that she has at any speed
-        reaches = (most_radps if self._by_rudder else self._reach(step * schedule.step_mps) for step in steps)
+        reaches = (
+            most_radps if self._by_rudder else handling.reach_radps(step * schedule.step_mps, _SATURATED_RAD)
+            for step in steps
+        )
         self._quicks = [min(most_radps, _REFERENCE_TIMES * each) for each in reaches]
         self._zetas = [config.heading_damping * gain.stiffer for gain in schedule.gains]
         self._integrals = [gain.integral for gain in schedule.gains]
@@ -139,11 +142,6 @@ class ModelController:
         self._speed_integral = config.speed_integral
         within = law.all_ahead_n / (self._m11 * _SATURATED_MPS)
         self._surge_most, self._speed_gain = config.acceleration, min(config.speed_gain, handling.surge_radps, within)
-
-    def _reach(self, speed_mps: float) -> float:
-        """Bandwidth that the yaw authority at a speed through the water supports, rad/s."""
-        authority = self._handling.authority(speed_mps)
-        return math.sqrt((authority.rudder_nm + authority.differential_nm) / (self._inertia * _SATURATED_RAD))
 
     def _omega(self, speed_mps: float) -> float:
         """Bandwidth at a speed through the water, rad/s."""
@@ -170,7 +168,8 @@ class ModelController:
         self._tune_under_way()
 
     def _tune_under_way(self) -> None:
-        speed, before = max(self._observer.u_mps, 0.0), self._omega(max(self._observer.u_mps, 0.0))
+        speed = max(self._observer.u_mps, 0.0)
+        before = self._omega(speed)
         self._tune(self._config)
         now, most_nm = self._omega(speed), 0.5 * self._saturated_nm
         takes_over_nm = self._inertia * (before * before - now * now) * self._heading_error
@@ -396,5 +395,6 @@ class ModelController:
         firmness = self._firmness
         self._surge_integral_n -= firmness * self._surge_integral_n * dt_s / _HANDS_OVER_S
         if abs(given.surge_n - surge_n) < 1.0 and abs(self._du_ref) < _CALM_SURGE:
-            gain, bound_n = (1.0 - firmness) * self._speed_integral * self._speed_gain * self._m11, self._ahead_n
+            gain = (1.0 - firmness) * self._speed_integral * self._speed_gain * self._m11
+            bound_n = self._ahead_n
             self._surge_integral_n = clamp(self._surge_integral_n + gain * speed_error * dt_s, -bound_n, bound_n)

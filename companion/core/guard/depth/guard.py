@@ -17,7 +17,7 @@ from mavlink_bridge.language.value import value
 
 from ...hull.geometry import HullGeometry
 from ...hull.stopping import Braking
-from .ahead import DepthAhead
+from .ahead import DepthAhead, DepthLook
 from .config import DepthGuardConfig
 from .evidence import LockEvidence
 from .grid import DepthGrid, PlanLeg, PlanProblem, check_plan, unknown_share
@@ -232,7 +232,6 @@ class DepthGuard:
         stop_ahead = loops_active and ahead.stop
         texts += self._ahead.told(stop_ahead, ahead, state, goes_on=now_us < self._brake_until_us + _BRAKE_REST_US)
         brake = self._brakes(now_us, state, braking if loops_active else None, begins=entered or stop_ahead)
-        lost = lost_s is not None
         return GuardOutput(
             state=self.state,
             altitude_m=altitude_m,
@@ -240,20 +239,24 @@ class DepthGuard:
             limit_m=ahead.limit_m,
             least_m=self._min_m,
             abort=abort,
-            slow_to_mps=self._config.unknown_speed_mps if lost and self._slows_when_lost else ahead.slow_to_mps,
+            slow_to_mps=self._slow_to_mps(ahead, is_lost=lost_s is not None),
             neutral=self._doubts,
             flags=DepthFlags(
                 depth_shallow=self._shallow and not brake,
                 depth_locked=self.state is LOCKED and not self._unlocked and not brake,
                 depth_ahead=stop_ahead and not brake,
                 depth_braking=brake,
-                depth_lost=lost,
+                depth_lost=lost_s is not None,
                 depth_blind=lost_s is not None and lost_s >= _UNKNOWN_AFTER_S and self._stops_when_unknown(),
             ),
             closing_mps=ahead.closing_mps,
             map_least_m=ahead.map_least_m,
             texts=tuple(texts),
         )
+
+    def _slow_to_mps(self, ahead: DepthLook, *, is_lost: bool) -> float | None:
+        """The speed that is left to the vessel; None = any."""
+        return self._config.unknown_speed_mps if is_lost and self._slows_when_lost else ahead.slow_to_mps
 
     def startup_warning(self, coasting_fn: StoppingDistance, braking: Braking | None = None) -> str:
         """Say on which slopes the margins allow a correction at all (vessel-control §5.4)."""
