@@ -18,10 +18,14 @@ _STEERAGE_MPS = 0.3
 MOST_SLOPE = 0.5
 """The integral alone holds against a current of half the boat's way."""
 _MOST_GAIN = 1.6
-"""Turn of the bow over that of the course, at most. Water that runs with the boat asks for more, but a file that says too little
-speed looks just like it until the first corner, and would swing the boat about the leg: she comes back a little later instead."""
+"""Turn of the bow over that of the course, at most, on a bend."""
+_STRAIGHT_GAIN = 1.3
+"""The same on a leg. Water that runs with the boat asks for more, but a file that says too little speed looks just like it there, and
+would swing the boat about the leg, rudders hard over: she comes back a little later instead."""
+_CLOSES = 0.07
+"""Slope towards a path that gusts, waves and a receiver's noise feign: 4 degrees of course."""
 _DOUBTFUL_GAIN = 1.3
-"""The same where the voyage shows that the file is wrong: what is left of such water then is partly the file's, in every turn anew."""
+"""On a bend where the voyage shows that the file is wrong: what is left of such water then is partly the file's, in every turn anew."""
 _FEIGNED_SHARE = 0.15
 """A right file seems wrong by as much in a strong wind along the way; from twice that on it is wrong for certain."""
 
@@ -46,20 +50,36 @@ def approach(offset_m: float, look_ahead_m: float, turn_m: float, into_m: float)
     return math.copysign(linear, offset_m), slope
 
 
+def standing_share(cross_m: float, look_ahead_m: float, speed_mps: float, across_mps: float) -> float:
+    """Return the share of an offset that stands: 0 where she closes it as the field has it, 1 where she does not come nearer.
+
+    ``across_mps``: speed over ground to starboard of the path. What is being closed is no standing error: summed up on the way to a
+    path it carried her past it, by 0.3 m for 20 m.
+    """
+    closing_mps = math.copysign(1.0, -cross_m) * across_mps
+    planned = abs(cross_m) / math.hypot(cross_m, look_ahead_m)
+    return clamp(1.0 - closing_mps / (speed_mps * (planned + _CLOSES)), 0.0, 1.0)
+
+
 class Integrator:
-    """The integral of ILOS: z' = D e / (D² + (e + k z)²), frozen outside its corridor, bounded."""
+    """The integral of ILOS: z' = D e / (D² + (e + k z)²), of offsets that stand, frozen outside its corridor, bounded."""
 
     def __init__(self) -> None:
         self.z_m = 0.0
         self.most_slope = MOST_SLOPE
         """Slope towards the path that it may come to."""
 
-    def step(self, dt_s: float, cross_m: float, look_ahead_m: float, gain: float, corridor_m: float) -> float:
-        """Return the offset to steer by: the cross-track error plus the integral's share."""
+    def step(
+        self, dt_s: float, cross_m: float, look_ahead_m: float, *, gain: float, corridor_m: float, standing: float
+    ) -> float:
+        """Return the offset to steer by: the cross-track error plus the integral's share.
+
+        ``standing``: share of the offset that stands, see ``standing_share``.
+        """
         z_m = self.z_m
         if -corridor_m < cross_m < corridor_m and gain > 0.0:
             total = cross_m + gain * z_m
-            z_m += dt_s * look_ahead_m * cross_m / (look_ahead_m * look_ahead_m + total * total)
+            z_m += standing * dt_s * look_ahead_m * cross_m / (look_ahead_m * look_ahead_m + total * total)
             bound = self.most_slope * look_ahead_m / gain
             self.z_m = z_m = clamp(z_m, -bound, bound)
         return cross_m + gain * z_m
@@ -116,16 +136,17 @@ def bow(
     top_mps: float,
     now_mps: float,
     made_share: float,
+    is_bend: bool,
 ) -> SteeredHeading:
     """Return the triangle's heading for a course towards a path, turned from the path's own by no more than a gain allows.
 
-    ``made_share``: what the hull makes more through the water than her file says, over what it says. The gain is ``_MOST_GAIN``
-    where the file stands, ``_DOUBTFUL_GAIN`` where it is wrong.
+    ``made_share``: what the hull makes more through the water than her file says, over what it says. The gain is ``_STRAIGHT_GAIN``
+    on a leg; on a bend ``_MOST_GAIN`` where the file stands, ``_DOUBTFUL_GAIN`` where it is wrong.
     """
     found = triangle(course_rad, speed_mps, drift, top_mps, now_mps)
     along = triangle(path_rad, speed_mps, drift, top_mps, now_mps)
     doubt = clamp(abs(made_share) / _FEIGNED_SHARE - 1.0, 0.0, 1.0)
-    gain = _MOST_GAIN + doubt * (_DOUBTFUL_GAIN - _MOST_GAIN)
+    gain = _MOST_GAIN + doubt * (_DOUBTFUL_GAIN - _MOST_GAIN) if is_bend else _STRAIGHT_GAIN
     most_rad = gain * abs(wrap_pi(course_rad - path_rad))
     off_rad = wrap_pi(found.psi_rad - along.psi_rad)
     if abs(off_rad) <= most_rad:

@@ -12,7 +12,7 @@ from ..config import Config, param
 from ..estimate import SmoothMotion
 from ..hull import Handling
 from ..hull.handling import SLOW_SHARE
-from .field import MOST_SLOPE, Integrator, SteeredHeading, approach, bow, triangle
+from .field import MOST_SLOPE, Integrator, SteeredHeading, approach, bow, standing_share, triangle
 from .paths import Arc, Chain, Projection, fillet
 from .stemmed import SPARED
 from .swing import FELT, EarlySwing, Wish
@@ -196,6 +196,7 @@ class Follower:
             top_mps=self._fast_mps,
             now_mps=self._water_mps(),
             made_share=state.made_share,
+            is_bend=here.curvature != 0.0,
         )
         share = min(1.0, dt_s / _BOW_TAU_S)
         self._bow_turns += share * (max(1.0, heading.rate_factor) - self._bow_turns)
@@ -233,11 +234,14 @@ class Follower:
             look_ahead = self._look_ahead_min_m
         cross, curvature, path = here.cross_m, here.curvature, here.course_rad
         corridor = self._corridor_m if self._settled(dt_s, track, curvature) else 0.0
-        offset = self.integrator.step(dt_s, cross, look_ahead, self._integral, corridor)
-        turn_m = self._turn_m(cross, curvature, planned)
-        angle, slope = approach(offset, look_ahead, turn_m, self._reverses_s * speed)
         cos, sin, vn, ve = math.cos(path), math.sin(path), self.motion.vn_mps, self.motion.ve_mps
         along, across = vn * cos + ve * sin, ve * cos - vn * sin
+        standing = standing_share(cross, look_ahead, speed, across)
+        offset = self.integrator.step(
+            dt_s, cross, look_ahead, gain=self._integral, corridor_m=corridor, standing=standing
+        )
+        turn_m = self._turn_m(cross, curvature, planned)
+        angle, slope = approach(offset, look_ahead, turn_m, self._reverses_s * speed)
         inside = 1.0 - curvature * cross
         bend = track.ahead(here.along_m, self._preview_s * speed) / (inside if inside > 0.2 else 0.2)
         return wrap_pi(path - angle), bend * along - slope * across
