@@ -171,3 +171,22 @@ def test_a_second_start_does_not_end_the_first(voyage):
     run.run(5.0)
     assert not [text for text in run.texts if "Trial ended" in text]
     assert run.ask(SeaTrial(TrialOrder.TELL)).reason == ""
+
+
+def test_a_boat_that_turns_against_her_helm_is_not_sailed_away(voyage):
+    """Leads changed over: the trial ended by itself after 4 min, and its sticks for the way back took her 550 m off in 20 min."""
+    run = voyage(*SEA, "vessel='blueboat'")
+    hull = run.world.surroundings.plant.vessel
+    as_wired = hull.step
+
+    def changed_over(dt_s, thruster_port, thruster_starboard, **others):
+        as_wired(dt_s, thruster_starboard, thruster_port, **others)
+
+    hull.step = changed_over
+    run.ask(Arm(arm=True))
+    assert run.ask(SeaTrial(TrialOrder.BEGIN, 60.0, quick=True)).reason == ""
+    assert run.ask(SeaTrial(TrialOrder.CONFIRM)).reason == ""
+    run.run(40.0)
+    assert any("leads changed over, or a rudder mirrored. Thrust off, she drifts" in text for text in run.texts)
+    run.run(20.0)
+    assert thrust(run) < 1e-6

@@ -41,6 +41,12 @@ _HELM_PER_RAD: Final = 2.0
 """Rudders alone: hard over at 30 degrees off, because a lone thruster turns against them."""
 _HAND_S: Final = 60.0
 """Rudders alone, and the thrusters' difference, get so long in turn: time for a turn round and 20 m."""
+_AWAY_M: Final = 15.0
+"""Farther off than she was, by so much, without the bow pointing home: this way of the sticks is wrong. A turn round takes less."""
+_HOMEWARD_RAD: Final = math.radians(60.0)
+"""The bow points home. A boat that is carried off all the same is in water that is faster than she, and her sticks are right."""
+_WAYS: Final = 2
+"""Of the sticks: by rudders alone, and by the thrusters' difference."""
 _TURN_RAD: Final = math.radians(60.0)
 _TURNED_RAD: Final = math.radians(20.0)
 """The bow is turned on the spot from the one on, until it is within the other."""
@@ -60,32 +66,59 @@ class Homing:
         """The law has not brought the vessel nearer: the sticks do."""
         self._nearest_m, self._nearer_us = math.inf, now_us
         self._turning = False
+        self._failed = 0
+        """Ways of the sticks, one after the other, that did not even turn the bow home."""
+        self._homeward_s = self._hand_s = 0.0
+        self._stepped_us = now_us
         self.by_rudders = True
         """The sticks' turn with rudders alone: right where a thruster is dead, wrong where a rudder is stuck."""
 
     def begin(self, now_us: int) -> None:
         """The law's turn, from here on."""
         self.by_hand, self._nearest_m, self._nearer_us = False, math.inf, now_us
+        self._failed = 0
 
-    def step(self, now_us: int, here: NorthEast) -> bool:
+    @property
+    def in_vain(self) -> bool:
+        """Neither way of the sticks so much as turns the bow home."""
+        return self._failed >= _WAYS
+
+    def step(self, now_us: int, state: EstimatedState, here: NorthEast) -> bool:
         """Take where the vessel is; return whether the sticks have just taken over."""
         area = self._area
         away_m, reach_m = area.away_m(here), area.reach_m(here)
+        dt_s, self._stepped_us = (now_us - self._stepped_us) * 1e-6, now_us
         if self.by_hand:
+            self._look_homeward(dt_s, state, here)
             if away_m < _CENTRED * reach_m:
                 self.begin(now_us)
             elif away_m < self._nearest_m - _NEARER_M:
-                self._nearest_m, self._nearer_us = away_m, now_us
-            elif (now_us - self._nearer_us) * 1e-6 > _HAND_S:
-                self.by_rudders = not self.by_rudders
-                self._nearest_m, self._nearer_us = away_m, now_us
+                self._nearest_m, self._nearer_us, self._failed = away_m, now_us, 0
+            elif (now_us - self._nearer_us) * 1e-6 > _HAND_S or self._is_wrong(away_m):
+                self._try_the_other(now_us, away_m)
             return False
         if away_m < MIDDLE * reach_m or away_m < self._nearest_m - _NEARER_M:
             self._nearest_m, self._nearer_us = away_m, now_us
         self.by_hand = (now_us - self._nearer_us) * 1e-6 > _LAW_S
         if self.by_hand:
             self._nearest_m, self._nearer_us = away_m, now_us
+            self._homeward_s = self._hand_s = 0.0
         return self.by_hand
+
+    def _look_homeward(self, dt_s: float, state: EstimatedState, here: NorthEast) -> None:
+        assert state.psi_rad is not None
+        self._hand_s += dt_s
+        if abs(wrap_pi(self._bearing(here) - state.psi_rad)) < _HOMEWARD_RAD:
+            self._homeward_s += dt_s
+
+    def _is_wrong(self, away_m: float) -> bool:
+        return away_m > self._nearest_m + _AWAY_M and self._homeward_s < 0.5 * self._hand_s
+
+    def _try_the_other(self, now_us: int, away_m: float) -> None:
+        self._failed = self._failed + 1 if self._homeward_s < 0.5 * self._hand_s else 0
+        self.by_rudders = not self.by_rudders
+        self._nearest_m, self._nearer_us = away_m, now_us
+        self._homeward_s = self._hand_s = 0.0
 
     def sticks(self, state: EstimatedState, here: NorthEast) -> tuple[float, float]:
         """Surge and helm towards the middle."""

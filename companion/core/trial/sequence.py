@@ -22,6 +22,7 @@ from mavlink_bridge.language.trials import TRIAL_DONE, TRIAL_ENDED, TRIAL_RADIUS
 from ..config import Config
 from ..hull.handling import TURN_S
 from .area import TrialArea
+from .helm_sense import HelmSense
 from .homing import MIDDLE, Homing
 from .manoeuvres import NO_SPINS, Sailing, Seen, about_s, manoeuvres_of, towards, words_of
 
@@ -79,6 +80,8 @@ class TrialOutput:
     yaw: float
     told: TrialStanding
     texts: tuple[str, ...] = ()
+    alarms: tuple[str, ...] = ()
+    """What calls for a person."""
     home: bool = False
     """To the middle, or about it: whoever has a law of its own may do that by it, better than these sticks do."""
     rudders_alone: bool = False
@@ -106,12 +109,15 @@ class Trial:
         self._phase, self._since_us = _Phase.BACK, start.t_us
         self._homing = Homing(self.area, start.t_us, config.turn_s)
         self._sailing: Sailing | None = None
+        self._sense = HelmSense()
+        self._sticks = (0.0, 0.0)
         self._inward = False
         """The way towards the edge is taken off first, by the sticks: a law would turn round there at full speed."""
         self._seen_us = self._stepped_us = start.t_us
+        self._alarms: list[str] = []
         self._texts: list[str] = [] if turns_at_rest else [f"Trial: {NO_SPINS}"]
         self._told = TrialStanding.RUNNING
-        self._ordered = False
+        self._ordered = self._rests = False
         self.skipped: list[str] = []
         """Manoeuvres that were disturbed too often."""
 
@@ -163,27 +169,52 @@ class Trial:
     def step(self, now_us: int, state: EstimatedState, stopping_m: float) -> TrialOutput:
         """Return what to do now. ``stopping_m``: the way that the vessel makes from its present speed to rest."""
         sticks, self._inward = (0.0, 0.0), False
-        if (now_us - self._stepped_us) * 1e-6 > _BLIND_S:
+        dt_s = (now_us - self._stepped_us) * 1e-6
+        if dt_s > _BLIND_S:
             self.abandon("interrupted; a trial never goes on by itself")
+        self._watch_helm(dt_s, state)
         self._stepped_us = now_us
         if self._told is TrialStanding.RUNNING:
             sticks = self._run(now_us, state, stopping_m)
         if self._told is not TrialStanding.RUNNING:
             sticks = self._keep(now_us, state)
         texts, self._texts = tuple(self._texts), []
+        alarms, self._alarms = tuple(self._alarms), []
         back = self._told is not TrialStanding.RUNNING or self._phase is _Phase.BACK
         by_hand = back and self._homing.by_hand
-        by_law = back and not (by_hand or self._inward) and _here(state) is not None
-        return TrialOutput(*sticks, self._told, texts, by_law, by_hand and self._homing.by_rudders)
+        by_law = back and not (by_hand or self._inward or self._rests) and _here(state) is not None
+        self._sticks = sticks
+        return TrialOutput(
+            *sticks, self._told, texts, alarms, home=by_law, rudders_alone=by_hand and self._homing.by_rudders
+        )
+
+    def _watch_helm(self, dt_s: float, state: EstimatedState) -> None:
+        """A vessel that turns against her helm is neither tried nor kept: no law and no stick would bring her home."""
+        surge, helm = self._sticks
+        rate_radps, surge_mps = state.r_radps, state.u_mps
+        if rate_radps is None or surge_mps is None:
+            return
+        self._sense.step(dt_s, surge=surge, helm=helm, r_radps=rate_radps, surge_mps=surge_mps)
+        if self._sense.is_wrong and not self._rests:
+            self.abandon("she turns against her helm")
+            self._rest("Trial: leads changed over, or a rudder mirrored")
+
+    def _rest(self, why: str) -> None:
+        """Keep the vessel no longer: her sticks rest, by law and by hand, until an order."""
+        self._rests = True
+        self._alarms.append(f"{why}. Thrust off, she drifts: fetch her, or sail her by hand")
 
     def _keep(self, now_us: int, state: EstimatedState) -> tuple[float, float]:
         """It is over: look whether the law keeps the vessel about the middle, and do it by the sticks when not."""
         here = _here(state)
-        if here is None or self._ordered:
+        if here is None or self._ordered or self._rests:
             self._homing.begin(now_us)
             return 0.0, 0.0
-        if self._homing.step(now_us, here):
+        if self._homing.step(now_us, state, here):
             self._texts.append("Trial: the vessel is driven off, and sailed back to the middle by the sticks")
+        if self._homing.in_vain:
+            self._rest("Trial: the sticks do not bring her back either")
+            return 0.0, 0.0
         return self._homing.sticks(state, here) if self._homing.by_hand else (0.0, 0.0)
 
     def _run(self, now_us: int, state: EstimatedState, stopping_m: float) -> tuple[float, float]:
@@ -259,7 +290,7 @@ class Trial:
             return 0.0, 0.0
         centre, away_m, reach_m = self.area.centre, self.area.away_m(here), self.area.reach_m(here)
         home = math.atan2(centre[1] - here[1], centre[0] - here[0])
-        if self._homing.step(now_us, here):
+        if self._homing.step(now_us, state, here):
             self._texts.append("Trial: the law does not bring the vessel back; the sticks do")
         if self._homing.by_hand:
             return self._homing.sticks(state, here)

@@ -247,6 +247,7 @@ class Navigator:
         """A manoeuvre's sticks, or the leg that leads to the middle between two and keeps the vessel there afterwards."""
         output = trial.step(now_us, state, self.stopping_m(state.sog_mps or 0.0))
         self._texts += [(Severity.NOTICE, text) for text in output.texts]
+        self._texts += [(Severity.CRITICAL, text) for text in output.alarms]
         if output.home and self._middle is not None:
             return self._middle
         return Measured(output.surge, output.yaw, output.rudders_alone)
