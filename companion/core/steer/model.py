@@ -19,6 +19,7 @@ from ..hull.left import WHOLE, Shares, straight_mps
 from ..hull.thrust import ThrustLaw
 from .allocation import Allocation, Allocator
 from .bandwidth import Schedule, Wishes, heading_schedule, plain_margins
+from .heading_reference import HeadingReference, TurnLimits
 from .kicks import Kicks, eased
 from .law import ModelConfig, SteeringConfig
 from .observer import WaterSpeedObserver, believed
@@ -37,8 +38,6 @@ _REFERENCE_RATE = 2.4
 _REFERENCE_TIMES = 1.6
 """And no more than so many times the loop's own, and what the yaw authority supports at the speed: a heavy boat's propellers
 worked from nothing to all, five times in three seconds, for hundredths of a degree in what was asked for."""
-_BRAKED = 0.7
-"""Share of the acceleration by which the reference ends a turn: a boat that turns slowly would swing past, and back."""
 _GENTLE = 0.6
 """Share of the bandwidth for station keeping, where thrusters alone steer and every wave would work them."""
 _BY_COURSE = 0.5
@@ -90,8 +89,7 @@ class ModelController:
 
     def _clear(self) -> None:
         self._kicks.clear()
-        self._psi_ref: float | None = None
-        self._r_ref = self._a_ref = 0.0
+        self._reference = HeadingReference()
         self._u_ref: float | None = None
         self._du_ref = 0.0
         self._yaw_integral_nm = 0.0
@@ -276,7 +274,7 @@ class ModelController:
             speed_p=speed_p,
             speed_i=self._surge_integral_n,
             speed_d=0.0,
-            psi_ref_rad=self._psi_ref,
+            psi_ref_rad=self._reference.psi_rad,
             speed_ref_mps=self._u_ref,
         )
 
@@ -296,20 +294,22 @@ class ModelController:
     ) -> tuple[float, float, float]:
         """Return the moment, and P and D of it."""
         if desired.psi_rad is None or psi is None:
-            self._psi_ref, self._a_ref, self._heading_error = None, 0.0, 0.0
+            self._reference.forget()
+            self._heading_error = 0.0
             return 0.0, 0.0, 0.0
         rate, inertia = self._observer.rate_radps or 0.0, self._inertia
         linear, quadratic = self._handling.yaw_damping(speed)
-        reference = self._reference(dt_s, psi, rate, desired)
-        self._heading_error = error = wrap_pi(reference - psi)
+        reference = self._reference
+        aim_rad = reference.step(dt_s, desired, self._turn_limits(gentle=desired.gentle), psi_rad=psi, r_radps=rate)
+        self._heading_error = error = wrap_pi(aim_rad - psi)
         if desired.brake:
             omega *= _GENTLE + (1.0 - _GENTLE) * desired.firmness
-        r_ref, damping = self._r_ref, 2.0 * self._at(self._zetas, speed) * omega * inertia
+        r_ref, damping = reference.r_radps, 2.0 * self._at(self._zetas, speed) * omega * inertia
         if linear > 0.0:  # the hull's own share; a hull that has none takes all of it from the law
             damping -= linear
         p = inertia * omega * omega * error
         d = (damping if damping > 0.0 else 0.0) * (r_ref - rate)
-        forward = inertia * self._a_ref + (linear + quadratic * abs(r_ref)) * r_ref
+        forward = inertia * reference.a_radps2 + (linear + quadratic * abs(r_ref)) * r_ref
         moment = forward + p + d + self._yaw_integral_nm + desired.yaw_nm
         self._held = False
         if desired.gentle:
@@ -320,37 +320,16 @@ class ModelController:
             moment = clamp(moment, -most, most)
         return moment, p, d
 
-    def _reference(self, dt_s: float, psi: float, rate: float, desired: Desired) -> float:
-        """Second-order reference with limits on rate and acceleration; guidance's yaw rate goes in ahead of it."""
-        reference = self._psi_ref
-        if reference is None:
-            reference, self._r_ref = psi, rate
+    def _turn_limits(self, *, gentle: bool) -> TurnLimits:
         # by the file's own speed: no more is asked of the hull for what it is thought to do
         ahead_mps = max(self._observer.u_mps, 0.0)
-        quick_radps, limit = self._at(self._quicks, ahead_mps), 0.95 * self._handling.yaw_rate_for_way(ahead_mps)
-        if limit < self._least_rate:
-            limit = self._least_rate
-        if limit > self._rate_limit:
-            limit = self._rate_limit
-        if desired.gentle and limit > self._gentle_rate:
-            limit = self._gentle_rate
-        assert desired.psi_rad is not None
-        left_rad = wrap_pi(desired.psi_rad - reference)
-        stopped_radps = math.sqrt(2.0 * _BRAKED * self._turn_most * abs(left_rad))
-        wanted = clamp(0.5 * quick_radps * left_rad, -stopped_radps, stopped_radps) + desired.r_radps
-        if wanted > limit:
-            wanted = limit
-        elif wanted < -limit:
-            wanted = -limit
-        most, change = self._turn_most, (wanted - self._r_ref) * 2.0 * quick_radps
-        if change > most:
-            change = most
-        elif change < -most:
-            change = -most
-        self._a_ref = change
-        self._r_ref = rate = self._r_ref + change * dt_s
-        self._psi_ref = reference = wrap_pi(reference + rate * dt_s)
-        return reference
+        return TurnLimits(
+            quick_radps=self._at(self._quicks, ahead_mps),
+            turn_radps=self._handling.yaw_rate_for_way(ahead_mps),
+            least_radps=self._least_rate,
+            most_radps=min(self._rate_limit, self._gentle_rate) if gentle else self._rate_limit,
+            acceleration_radps2=self._turn_most,
+        )
 
     def _surge(self, dt_s: float, desired: Desired, water: float) -> tuple[float, float, float]:
         """Return the thrust, error and P."""
@@ -387,7 +366,7 @@ class ModelController:
     ) -> None:
         """Conditional integration: only what the actuators can answer, and not while the reference is turning."""
         bound_nm, tolerance = 0.5 * self._saturated_nm, 0.02 * self._saturated_nm
-        if abs(given.yaw_nm - yaw_nm) < tolerance and abs(self._a_ref) < _CALM_TURN and not self._held:
+        if abs(given.yaw_nm - yaw_nm) < tolerance and abs(self._reference.a_radps2) < _CALM_TURN and not self._held:
             gain = self._at(self._integrals, self._observer.u_mps) * self._inertia * omega * omega
             error = clamp(self._heading_error, -_STANDING_RAD, _STANDING_RAD)
             self._yaw_integral_nm = clamp(self._yaw_integral_nm + gain * error * dt_s, -bound_nm, bound_nm)
