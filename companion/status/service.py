@@ -24,8 +24,9 @@ from .picture import dumps, picture_of
 PROTOCOL: Final = 1
 PERIOD_US: Final = 250_000
 TEXTS_KEPT: Final = 20
-_REPLIES_KEPT: Final = 8
-"""Answers that wait for one watcher; more are the fault of who asks so fast, and the oldest go."""
+REPLIES_KEPT: Final = 64
+"""Answers that wait for one watcher; more are the fault of who asks so fast, and the oldest go. The page, one watcher for all who look
+at it, has no more questions under way."""
 _STUCK_US: Final = 30_000_000
 """A watcher that takes nothing for so long is let go: it is stopped, and its place is another's."""
 _TELL_AGAIN_US: Final = 60_000_000
@@ -50,7 +51,7 @@ class _Watcher:
 
     def __init__(self, peer: LocalPeer, now_us: int) -> None:
         self.peer = peer
-        self.replies: deque[bytes] = deque(maxlen=_REPLIES_KEPT)
+        self.replies: deque[bytes] = deque(maxlen=REPLIES_KEPT)
         self.moved_us = now_us
         self.shown = -1
 

@@ -7,6 +7,7 @@ import contextlib
 import json
 import math
 import time
+from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
@@ -22,8 +23,11 @@ SILENT_S: Final = 3.0
 ASK_S: Final = 1.8
 """How long an order is waited for: the page says NOT HEARD after two seconds."""
 _LINE_MAX: Final = 1 << 20
-_ASKED_MAX: Final = 64
-"""Questions under way at once; a stranger's flood ends here."""
+ASKED_MAX: Final = 64
+"""Questions under way at once; the vessel keeps as many answers."""
+_OF_ONE_MAX: Final = 4
+"""Of one address: two telephones behind one access point, each with its challenge and its order. A stranger's flood ends here, and
+the operator's order goes on."""
 
 
 class NotHeardError(Exception):
@@ -38,6 +42,8 @@ class VesselLink:
         self._on_news = on_news
         self._writer: asyncio.StreamWriter | None = None
         self._asked: dict[int, asyncio.Future[dict[str, Any]]] = {}
+        self._of_host: Counter[str] = Counter()
+        """Questions under way of each address."""
         self._number = 0
         self._heard_s = -math.inf
         self._drawn: list[int] | None = None
@@ -67,22 +73,24 @@ class VesselLink:
             "orders": bool(self.hello.get("orders")),
         }
 
-    async def ask(self, **message: Any) -> dict[str, Any]:
-        """Ask the vessel, and wait for its answer. Raises NotHeardError."""
+    async def ask(self, *, host: str, **message: Any) -> dict[str, Any]:
+        """Ask the vessel for somebody at an address, and wait for its answer. Raises NotHeardError."""
         writer = self._writer
-        if writer is None or len(self._asked) >= _ASKED_MAX:
+        if writer is None or len(self._asked) >= ASKED_MAX or self._of_host[host] >= _OF_ONE_MAX:
             raise NotHeardError
         self._number += 1
         number = self._number
         answer: asyncio.Future[dict[str, Any]] = asyncio.get_running_loop().create_future()
         self._asked[number] = answer
+        self._of_host[host] += 1
         try:
-            writer.write(json.dumps({**message, "id": number}).encode() + b"\n")
+            writer.write(json.dumps({**message, "host": host, "id": number}).encode() + b"\n")
             return await asyncio.wait_for(answer, ASK_S)
         except (TimeoutError, OSError):
             raise NotHeardError from None
         finally:
             self._asked.pop(number, None)
+            self._of_host -= Counter({host: 1})
 
     async def _read_on(self) -> None:
         reader, self._writer = await self._connected()
