@@ -60,6 +60,10 @@ _ALONE_SHARE = 0.7
 """Share of the turning ability for bends with one thruster: the same thrust must also hold against wind and current."""
 _ANSWERS = 1.1
 """Look-ahead over the time in which the course answers the helm: the turn, then the slip. Less, and a slow hull swings about its path."""
+_SLOW_S = 3.0
+_SLOWER = 0.25
+"""A hull that takes longer to answer looks so much further ahead for each second more: she is still turning when she meets the leg, and
+swung past it and back twice."""
 _ARC_HOLDS_S = 1.0
 """A path is joined by an arc of twice the tightest radius, which leaves so much time to begin it. A heavy boat that turns towards the
 path takes longer, and twice: to end that turn, and to take up the other. She would swing past by metres."""
@@ -99,7 +103,7 @@ class Follower:
         answers_s = self._handling.takes_up_s + self._handling.sway_lag_s
         self._reverses_s = max(0.0, 2.0 * (self._handling.takes_up_s - _ARC_HOLDS_S))
         """How much longer she sails on before the turn towards a path has become one along it than the arc has to spare."""
-        self._look_ahead_s = max(config.look_ahead_s, _ANSWERS * answers_s)
+        self._look_ahead_s = max(config.look_ahead_s, _ANSWERS * answers_s + _SLOWER * max(0.0, answers_s - _SLOW_S))
         self._look_ahead_min_m = config.look_ahead_min_m
         self._integral, self._corridor_m = config.integral, config.integral_corridor_m
         self.integrator.most_slope = _SLOPE_BESIDE_DRIFT if config.use_drift else MOST_SLOPE
