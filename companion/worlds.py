@@ -18,6 +18,7 @@ from .io.keeping.content import StoredRow, rows_of
 from .io.keeping.file import make_new
 from .io.keeping.look import look
 from .io.keeping.mark import WorldKind, marks, new_vessel_id
+from .io.recording.about import AboutError, read_about
 from .io.writer import Writer
 from .settings import ConfigError, Settings
 
@@ -55,10 +56,9 @@ def check_run_dir(run_dir: Path, runs: str) -> None:
 
 def _is_real(run_dir: Path) -> bool:
     try:
-        about = json.loads((run_dir / "run.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        return kind_of_run(read_about(run_dir)) is WorldKind.REAL
+    except (FileNotFoundError, AboutError):
         return False
-    return isinstance(about, dict) and kind_of_run(about) is WorldKind.REAL
 
 
 def kind_of_run(about: dict[str, object]) -> WorldKind:

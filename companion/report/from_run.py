@@ -13,12 +13,15 @@ from mavlink_bridge.language.requests import LoadPlan, PlanItem, PlanKind
 from ..io.keeping.content import from_json
 from ..io.log_file import parts_of
 from ..io.recording import InputReader, InputsError, digests, request_json
+from ..io.recording.about import AboutError, read_about
 from ..io.recording.recorder import CONTROL_COLUMNS, CONTROL_WIDTHS
 from .airtime import Airtime
 from .flight import Count, Event, Flight, FlightTrack, uncounted
 from .from_tlog import LONGEST_GAP_S, read_tlog
 from .sightings import sighting_of
 
+_EVENT_MAX: Final = 1 << 16
+"""Characters of one event, at most: a power cut may leave a file of gigabytes without a line."""
 _COLUMNS: Final = tuple(CONTROL_COLUMNS.split(","))
 _AT: Final = {name: index for index, name in enumerate(_COLUMNS)}
 _SERIES: Final = (
@@ -72,10 +75,11 @@ def bytes_of(run_dir: Path) -> int:
 
 def _about(flight: Flight, run_dir: Path) -> None:
     try:
-        about = json.loads((run_dir / "run.json").read_text(encoding="utf-8"))
-        if not isinstance(about, dict):
-            raise ValueError("holds no object")
-    except (OSError, ValueError) as error:
+        about = read_about(run_dir)
+    except FileNotFoundError:
+        flight.notes.append("no run.json")
+        about = {}
+    except AboutError as error:
         flight.notes.append(f"run.json: {error}")
         about = {}
     settings = about.pop("settings", None) or _recorded_settings(run_dir)
@@ -219,14 +223,14 @@ def _events(flight: Flight, run_dir: Path) -> None:
         flight.notes.append("no events.jsonl")
     for path in parts:
         with path.open(encoding="utf-8", errors="replace") as file:
-            for line in file:
+            while line := file.readline(_EVENT_MAX):
                 try:
                     data = json.loads(line)
                     if data["event"] == "vessel":
                         flight.vessels.append(sighting_of(data))
                     else:
                         flight.events.append(_event(data))
-                except (ValueError, KeyError, TypeError, IndexError):
+                except (ValueError, KeyError, TypeError, IndexError, RecursionError):
                     continue  # a line that was cut
 
 
@@ -242,6 +246,8 @@ def _order(data: dict[str, Any]) -> str:
 
 def _event(data: dict[str, Any]) -> Event:
     kind, t_s = str(data["event"]), float(data["t_s"])
+    if not math.isfinite(t_s):
+        raise ValueError(t_s)
     if kind == "text":
         return Event(t_s, kind, str(data["text"]), str(data["severity"]))
     if kind == "order":

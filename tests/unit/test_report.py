@@ -520,3 +520,14 @@ def test_a_run_that_went_on_after_the_disk_was_full_says_so(tmp_path, capsys, mo
     told = capsys.readouterr().out
     assert "the run may have gone on; it was not all kept: " in told
     assert "identical" in told, "as far as it goes"
+
+
+@pytest.mark.parametrize("about", ["[]", "[" * 100_000, '{"crc32": [1]}', "7"])
+def test_a_description_that_is_none_is_told_and_the_rest_is_shown(run_dir, tmp_path, about):
+    shutil.copytree(run_dir, tmp_path / "run")
+    (tmp_path / "run" / "run.json").write_text(about)
+    with (tmp_path / "run" / "events.jsonl").open("a") as file:
+        file.write('{"t_s": 1e400, "event": "mode", "value": "HOLD"}\n' + "\0" * 200_000 + "\n" + "[" * 50_000 + "\n")
+    flight = read_run(tmp_path / "run")
+    assert "run.json" in flight.not_whole
+    assert "Summary" in page.make_page(flight)

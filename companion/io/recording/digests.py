@@ -12,18 +12,18 @@ from pathlib import Path
 from typing import Any, Final
 
 from ..log_file import LogFile
+from .about import ABOUT, AboutError, read_about
 
 KEY: Final = "crc32"
 MISSING: Final = "missing"
 """What of the run never came onto the disk, and why, in words."""
-_ABOUT: Final = "run.json"
 _CHUNK: Final = 1 << 20
 
 
 def digests_of(files: Iterable[LogFile], about: Mapping[str, Any]) -> dict[str, str]:
     """Checksums by file name, of every part that was written from its beginning; the description's own too."""
     found = {name: f"{crc:08x}" for file in files for name, crc in file.sums.items() if crc is not None}
-    return {**found, _ABOUT: _of_about(about)}
+    return {**found, ABOUT: _of_about(about)}
 
 
 def damaged(run_dir: Path) -> tuple[str, ...]:
@@ -32,22 +32,24 @@ def damaged(run_dir: Path) -> tuple[str, ...]:
     A description that cannot be read is damaged; one without checksums is of a run that was killed, or of the first release.
     """
     try:
-        about = json.loads((run_dir / _ABOUT).read_text(encoding="utf-8"))
-        kept = about.pop(KEY, {})
-        wrong = [_ABOUT] if kept and _of_about(about) != kept.get(_ABOUT) else []
-        names = [name for name in kept if name != _ABOUT]
+        about = read_about(run_dir)
     except FileNotFoundError:
         return ()
-    except (OSError, ValueError, AttributeError):
-        return (_ABOUT,)
+    except AboutError:
+        return (ABOUT,)
+    kept = about.pop(KEY, {})
+    if not isinstance(kept, dict):
+        return (ABOUT,)
+    wrong = [ABOUT] if kept and _of_about(about) != kept.get(ABOUT) else []
+    names = [name for name in kept if name != ABOUT]
     return (*wrong, *(name for name in names if _of_file(run_dir / Path(name).name) not in (None, kept[name])))
 
 
 def never_kept(run_dir: Path) -> str:
     """What of the run was never recorded, in words; empty for all of it, and for a run that was killed."""
     try:
-        return str(json.loads((run_dir / _ABOUT).read_text(encoding="utf-8")).get(MISSING, ""))
-    except (OSError, ValueError, AttributeError):
+        return str(read_about(run_dir).get(MISSING, ""))
+    except (FileNotFoundError, AboutError):
         return ""
 
 
