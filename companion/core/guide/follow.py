@@ -61,9 +61,9 @@ _ALONE_SHARE = 0.7
 _ANSWERS = 1.1
 """Look-ahead over the time in which the course answers the helm: the turn, then the slip. Less, and a slow hull swings about its path."""
 _SLOW_S = 3.0
-_SLOWER = 0.25
+_SLOWER = 0.6
 """A hull that takes longer to answer looks so much further ahead for each second more: she is still turning when she meets the leg, and
-swung past it and back twice."""
+swung past it and back three times. More than that, and gusts carry her off instead."""
 _ARC_HOLDS_S = 1.0
 """A path is joined by an arc of twice the tightest radius, which leaves so much time to begin it. A heavy boat that turns towards the
 path takes longer, and twice: to end that turn, and to take up the other. She would swing past by metres."""
