@@ -113,7 +113,7 @@ def test_check_32_return_goes_to_the_nearest_rally_point(persona):
     points = [(3, 5100, 0.0, 0.0, 0.0, 0.0, *helm.at(*at), 0.0) for at in ((40, 40), (-200, 0))]
     assert helm.upload(points, 2) == 0
     start(helm, wp(helm, 60, 60))
-    helm.run(15)
+    helm.until(lambda: helm.truth.north_m > 30, 60)  # nearer to the rally point than to home
     assert helm.command(20) == 0
     helm.until(lambda: math.hypot(helm.truth.north_m - 40, helm.truth.east_m - 40) < 5, 90)
     assert helm.world.snapshot.mode in (Mode.RTL, Mode.HOLD)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from hypothesis import given, settings, strategies as st
 
-from companion.core.vehicle.mission import ANOTHER, BEGINS_ANEW, GOES_ON, Leg, Mission, nearest
+from companion.core.vehicle.mission import ANOTHER, BEGINS_ANEW, GOES_ON, Leg, Mission
 from companion.core.vehicle.plan_reach import MissionConfig
 from mavlink_bridge.language.figures import Circle, Hover
 from mavlink_bridge.language.messages import (
@@ -151,16 +151,21 @@ def test_a_delay_keeps_station_where_the_plan_stands() -> None:
     assert leg_of(made, 34).maneuver.seq == 2
 
 
-def test_return_goes_to_the_nearest_rally_point_else_home_else_is_passed_with_a_word() -> None:
+def test_return_goes_to_the_nearest_of_rally_points_and_home_or_is_passed_with_a_word() -> None:
     far, near, home = (LAT + 900 * METRE, LON), (LAT + 100 * METRE, LON), (LAT - 10 * METRE, LON)
-    assert nearest((LAT, LON), (far, near), home) == near
-    assert nearest((LAT, LON), (), home) == home
     made = mission(ReturnHome(0))
     assert leg_of(made, 0) is None
     assert any("no home" in text for _, text in made.drain_texts())
-    made = mission(ReturnHome(0))
-    made.rally = (far, near)
-    assert leg_of(made, 0).maneuver.lat_rad == near[0]
+    for rally, known, target, words in (
+        ((far, near), None, near, "item 0: return to rally point 2, 100 m"),
+        ((far, near), home, home, "item 0: return to home, 10 m"),
+        ((near,), far, near, "item 0: return to rally point 1, 100 m"),
+        ((), home, home, "item 0: return to home, 10 m"),
+    ):
+        made = mission(ReturnHome(0))
+        made.havens.rally, made.havens.home = rally, known
+        assert leg_of(made, 0).maneuver.lat_rad == target[0]
+        assert [text for _, text in made.drain_texts()] == [words]
 
 
 def test_effects_are_handed_over_in_order() -> None:

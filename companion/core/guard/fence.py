@@ -216,6 +216,12 @@ class Fence:
         region = self._laid_out(state)
         return None if region is None else region.inside_m(point)
 
+    def room_m(self, state: EstimatedState, place: LatLon) -> float | None:
+        """The same for a place in rad while the fence acts; None = no fence that acts, or no plane yet."""
+        if not self.enabled or state.origin_lat_rad is None or state.origin_lon_rad is None:
+            return None
+        return self.distance_m(state, LocalFrame(state.origin_lat_rad, state.origin_lon_rad).to_local(*place))
+
     def check(
         self,
         state: EstimatedState,

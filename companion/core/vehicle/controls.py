@@ -147,7 +147,7 @@ class Controls:
         self.parts.fence.load(areas)
 
     def load_rally(self, points: tuple[LatLon, ...]) -> None:
-        self.parts.mission.rally = points
+        self.parts.mission.havens.rally = points
 
     def arm(self, now_us: int) -> None:
         """Permit thrust. The caller has asked ``prearm_reasons``."""
@@ -164,6 +164,7 @@ class Controls:
                 self.look_at_reach()
             else:
                 self.parts.mission.leave()
+            self.voice.say_all(self.parts.mission.havens.at_arming(self.state))
         self.voyage.armed(now_us, self.here)
         self.armed, self.decided = True, replace(self.decided, armed=True)
 
@@ -266,6 +267,8 @@ class Controls:
             return "no position"
         self.parts.mission.home = LatLon((lat_rad, lon_rad))
         self._home_by_operator = True
+        if far := self.parts.mission.havens.far(self.state):
+            self.voice.say(Severity.WARNING, far)
         return ""
 
     def enable_fence(self, enable: bool) -> str:

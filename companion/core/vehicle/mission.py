@@ -32,6 +32,7 @@ from mavlink_bridge.language.messages import (
 from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.units import wrap_pi
 
+from .haven import Havens
 from .plan_reach import MissionConfig
 
 
@@ -79,8 +80,9 @@ ANOTHER: Final = "the new plan begins at its first item: the place in the old on
 class Mission:
     """Executes one plan. Time and position come as arguments; nothing here raises on a plan's contents."""
 
-    def __init__(self, config: MissionConfig) -> None:
+    def __init__(self, config: MissionConfig, havens: Havens | None = None) -> None:
         self.config = config
+        self.havens = havens or Havens(config)
         self.plan = PlanSpecification()
         self.total = 0
         """Items of the plan."""
@@ -90,8 +92,6 @@ class Mission:
         """Whether the current item was changed since it was begun: that it was near then says nothing of where it is now."""
         self._is_left = False
         """Whether the vessel has left its place in the plan since it was begun; another plan then begins at its first item."""
-        self.home: LatLon | None = None
-        self.rally: tuple[LatLon, ...] = ()
         self.utc_s_of_day: float | None = None
         """Set by the vessel each tick while UTC is known; delays until a time of day wait for it."""
         self._last: int | None = None
@@ -116,7 +116,16 @@ class Mission:
 
     def configure(self, config: MissionConfig) -> None:
         """Take new settings; they count from the next leg on."""
-        self.config = config
+        self.config = self.havens.config = config
+
+    @property
+    def home(self) -> LatLon | None:
+        """Home, rad; None = not known."""
+        return self.havens.home
+
+    @home.setter
+    def home(self, place: LatLon) -> None:
+        self.havens.home = place
 
     def load(self, plan: PlanSpecification, *, is_armed: bool = True) -> bool:
         """Replace the plan. One that is under way or paused goes on where it is if that still means the same, else from the start.
@@ -299,8 +308,10 @@ class Mission:
             lat, lon = self._sailed_to or here
             return Loiter(item.seq, lat, lon, figure=Hover(), duration_s=item.duration_s)
         if isinstance(item, ReturnHome):
-            target = nearest(here, self.rally, self.home)
-            return None if target is None else Goto(item.seq, *target)
+            haven = self.havens.nearest(state)
+            if haven is not None:
+                self._texts.append((Severity.NOTICE, f"item {item.seq}: return to {haven.words}"))
+                return Goto(item.seq, *haven.point)
         return None
 
     def _begin(self, now_us: int, state: EstimatedState, maneuver: Goto | Loiter) -> None:
@@ -383,10 +394,3 @@ class Mission:
         self._leg = None
         self._jumps.clear()
         self._texts.append((Severity.INFO, "plan complete"))
-
-
-def nearest(here: LatLon | None, rally: tuple[LatLon, ...], home: LatLon | None) -> LatLon | None:
-    """Return the rally point nearest to ``here``, or home when there is none, or None."""
-    if here is None or not rally:
-        return rally[0] if rally else home
-    return min(rally, key=lambda point: inverse(*here, *point)[0])

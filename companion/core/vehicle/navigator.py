@@ -19,7 +19,7 @@ from mavlink_bridge.language.trials import NO_TRIAL, SeaTrial
 
 from ..config import Config, param
 from ..trial import Trial, TrialArea, TrialConfig, TrialStanding
-from .mission import GuidanceReport, Leg, Mission, nearest
+from .mission import GuidanceReport, Leg, Mission
 
 _MANUAL: Final = Mode.MANUAL
 _AUTO: Final = Mode.AUTO
@@ -328,7 +328,7 @@ class Navigator:
             return f"{mode.value} needs a position"
         if mode is Mode.AUTO and not self.mission.total:
             return "no plan is loaded"
-        if mode is Mode.RTL and nearest(_here(state), self.mission.rally, self.mission.home) is None:
+        if mode is Mode.RTL and self.mission.havens.nearest(state) is None:
             return "no home or rally point is known"
         return ""
 
@@ -336,9 +336,10 @@ class Navigator:
         return "" if self.mode is mode else self.enter(mode, state)
 
     def _return(self, state: EstimatedState) -> None:
-        target = nearest(_here(state), self.mission.rally, self.mission.home)
-        assert target is not None
-        self._sail(Goto(-1, *target, leg_from_here=True))
+        haven = self.mission.havens.nearest(state)
+        assert haven is not None
+        self._texts.append((Severity.NOTICE, f"Return to {haven.words}"))
+        self._sail(Goto(-1, *haven.point, leg_from_here=True))
 
     def _sail(self, maneuver: Goto | Loiter) -> None:
         self.end_trial("another order")

@@ -23,6 +23,7 @@ from ..steer.slow_compass import SlowCompass
 from ..steer.turned import ModelledTurn
 from ..traffic import Traffic
 from .config import VehicleConfig
+from .haven import Havens
 from .mission import Mission
 from .navigator import Navigator
 from .operators import Operators
@@ -86,7 +87,8 @@ class Parts:
 def make_parts(config: VehicleConfig, vessel: VesselConfig, sources: Sequence[str]) -> Parts:
     """Make them. ``sources``: names of the sensor links, in the order of their numbers."""
     geometry, period_us = geometry_of(vessel, sources), config.system.period_us
-    mission, fence, failsafe = Mission(config.mission), Fence(config.fence), config.failsafe
+    fence, failsafe = Fence(config.fence), config.failsafe
+    mission = Mission(config.mission, Havens(config.mission, fence))
     return Parts(
         vessel=vessel,
         statics=Statics(vessel),

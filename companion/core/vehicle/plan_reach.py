@@ -51,6 +51,15 @@ class MissionConfig(Config):
         5000.0, "MIS_DIST_WPS", "Longest leg of a plan that Auto starts", unit="m", ge=10.0, le=100_000.0
     )
     """An hour at cruise speed without a waypoint. Farther: see `far_plan`."""
+    rally_limit_km: float = param(
+        5.0,
+        "RALLY_LIMIT_KM",
+        "Return leads to no rally point that is farther away than this; 0 = to any",
+        unit="km",
+        ge=0.0,
+        le=100.0,
+    )
+    """As long as a leg may be: a rally point beyond was loaded for another water. ArduPilot has the name and 0.5 km for its rovers."""
     far_plan: int = param(
         0, "PLAN_FAR_OK", "Number of the one plan that may be sailed however far away it lies", ge=0, le=999_999
     )
@@ -79,7 +88,7 @@ class TooFar:
     @property
     def words(self) -> str:
         """What it is, with both numbers."""
-        return f"{self.what} {_shown(self.distance_m)}, limit {_shown(self.limit_m)} ({self.parameter})"
+        return f"{self.what} {shown(self.distance_m)}, limit {shown(self.limit_m)} ({self.parameter})"
 
 
 class PlanReach:
@@ -233,5 +242,6 @@ def _off_leg_m(here: LatLon, begin: LatLon, item: Goto | Loiter) -> float:
     return math.hypot(x1 + share * (x2 - x1), y1 + share * (y2 - y1))
 
 
-def _shown(distance_m: float) -> str:
+def shown(distance_m: float) -> str:
+    """A distance as the texts tell it."""
     return f"{distance_m:.0f} m" if distance_m < 10_000.0 else f"{distance_m / 1000.0:.0f} km"

@@ -261,9 +261,13 @@ class Vehicle:
         ahead_m = _straight_m(course) if is_steered else None
         fence = parts.fence.check(state, run_m, straight_m=ahead_m, by_hand=parts.navigator.mode is Mode.MANUAL)
         controls.voice.say_all(fence.texts)
-        told = parts.plan_fence.step(sensed.now_us, parts.mission.plan, state, controls.config.guidance.loiter_radius_m)
-        if told is not None:
-            controls.voice.say(*told)
+        radius_m = controls.config.guidance.loiter_radius_m
+        for told in (
+            parts.plan_fence.step(sensed.now_us, parts.mission.plan, state, radius_m),
+            parts.mission.havens.step(sensed.now_us, state),
+        ):
+            if told is not None:
+                controls.voice.say(*told)
         monitors = parts.monitors.step(
             sensed.now_us,
             state,

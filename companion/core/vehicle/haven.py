@@ -1,0 +1,128 @@
+"""Where Return leads: to the nearest of home and the rally points that may be used.
+
+Rally points lie in the store and outlive the voyage. One of another water is not sailed to by mistake, and one at which the fence would
+stop the vessel is no place to come back to: both are passed over, and told when rally points or a fence are loaded and when the vessel is
+armed. Home is the last resort, however it lies. Distances are from where the vessel is.
+Source: ArduPilot's AP_Rally (RALLY_LIMIT_KM; home is a choice as in Rover's RALLY_INCL_HOME = 1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from mavlink_bridge.language.geodesy import inverse
+from mavlink_bridge.language.messages import EstimatedState, Severity
+from mavlink_bridge.language.points import LatLon
+
+from ..guard.fence import Fence
+from .plan_fence import SETTLE_US
+from .plan_reach import MissionConfig, shown
+
+HOME: Final = "home"
+
+
+@dataclass(frozen=True, slots=True)
+class Haven:
+    """A place to return to."""
+
+    name: str
+    """As a person calls it; rally points are counted from 1, as on a map."""
+    point: LatLon
+    away_m: float
+    objection: str = ""
+    """Why Return does not lead there; empty = it may."""
+
+    @property
+    def words(self) -> str:
+        return f"{self.name}, {shown(self.away_m)}"
+
+
+class Havens:
+    """Home, the rally points, and which of them Return takes."""
+
+    def __init__(self, config: MissionConfig, fence: Fence | None = None) -> None:
+        """``fence`` None: nothing lies outside."""
+        self.config = config
+        self.home: LatLon | None = None
+        self.rally: tuple[LatLon, ...] = ()
+        self._fence = fence
+        self._looked_at: tuple[LatLon, ...] = ()
+        self._key: object = None
+        self._tell_us: int | None = None
+        self._told = ""
+
+    def nearest(self, state: EstimatedState) -> Haven | None:
+        """Return where Return leads from here; None without a position, or without a place."""
+        here = _here(state)
+        if here is None:
+            return None
+        places = [place for place in self._rally_points(state, here) if not place.objection]
+        home = self.home
+        if home is not None and (not places or self._outside_m(state, home) is None):
+            places.append(Haven(HOME, home, inverse(*here, *home)[0]))
+        return min(places, key=lambda place: place.away_m, default=None)
+
+    def step(self, now_us: int, state: EstimatedState) -> tuple[Severity, str] | None:
+        """Look at rally points that were loaded, or that another fence stands about; return a text when one is passed over."""
+        if not state.position_valid:
+            return None
+        fence = self._fence
+        about = None if fence is None else (fence.version, fence.enabled)
+        key = about, self.config.rally_limit_km, state.origin_lat_rad, state.origin_lon_rad
+        if self.rally is not self._looked_at:
+            self._looked_at, self._key, self._told = self.rally, None, ""
+        if key != self._key:
+            self._key, self._tell_us = key, now_us + SETTLE_US
+        if self._tell_us is None or now_us < self._tell_us:
+            return None
+        self._tell_us, told = None, self._told
+        self._told = text = self._passed_over(state)
+        return (Severity.WARNING, text) if text and text != told else None
+
+    def at_arming(self, state: EstimatedState) -> Sequence[tuple[Severity, str]]:
+        """What somebody who arms must know of the way back."""
+        texts = [self._passed_over(state), self.far(state)]
+        return [(Severity.WARNING, text) for text in texts if text]
+
+    def far(self, state: EstimatedState) -> str:
+        """Say where Return leads when that is farther than a rally point may be; "" = it is not, or nobody set a limit."""
+        place, limit_m = self.nearest(state), self._limit_m
+        if place is None or limit_m is None or place.away_m <= limit_m:
+            return ""
+        return f"Return leads to {place.words} away"
+
+    @property
+    def _limit_m(self) -> float | None:
+        return self.config.rally_limit_km * 1000.0 or None
+
+    def _passed_over(self, state: EstimatedState) -> str:
+        here = _here(state)
+        found = [place for place in self._rally_points(state, here) if place.objection] if here is not None else []
+        if not found:
+            return ""
+        who = f"{found[0].name} is" if len(found) == 1 else f"{found[0].name} and {len(found) - 1} more are"
+        return f"{who[0].upper()}{who[1:]} not returned to: {found[0].objection}"
+
+    def _rally_points(self, state: EstimatedState, here: LatLon) -> list[Haven]:
+        found = []
+        for number, point in enumerate(self.rally, 1):
+            away_m = inverse(*here, *point)[0]
+            found.append(Haven(f"rally point {number}", point, away_m, self._objection(state, point, away_m)))
+        return found
+
+    def _objection(self, state: EstimatedState, point: LatLon, away_m: float) -> str:
+        if self._limit_m is not None and away_m > self._limit_m:
+            return f"{shown(away_m)} away, limit {shown(self._limit_m)} (RALLY_LIMIT_KM)"
+        outside_m = self._outside_m(state, point)
+        return "" if outside_m is None else f"{max(outside_m, 1.0):.0f} m outside the fence"
+
+    def _outside_m(self, state: EstimatedState, point: LatLon) -> float | None:
+        """How far outside the fence that acts a place lies; None = inside, or no fence."""
+        room_m = None if self._fence is None else self._fence.room_m(state, point)
+        return None if room_m is None or room_m >= 0.0 else -room_m
+
+
+def _here(state: EstimatedState) -> LatLon | None:
+    return None if state.lat_rad is None or state.lon_rad is None else LatLon((state.lat_rad, state.lon_rad))

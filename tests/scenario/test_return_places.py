@@ -1,0 +1,135 @@
+"""Where Return leads: never to a rally point of another water or behind a fence, and it says where."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from companion.io.keeping.store import MemoryStore
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.requests import Arm, PlanItem, PlanKind, SetHomePosition, SetParameter
+from tests.world_station import Helm
+
+NO_DEPTH = "depth.enabled=false"
+RALLY, SET_MODE, ARM, AUTO = 5100, 176, 400, 10.0
+OTHER_WATER, NEAR = (60_000.0, 0.0), (50.0, 0.0)
+
+
+def rally(trip, *places):
+    """Upload rally points, and wait for what is told of them."""
+    items = [PlanItem(RALLY, 3, 0.0, 0.0, 0.0, 0.0, *trip.at(*place), 0.0) for place in places]
+    assert trip.upload(PlanKind.RALLY, items).reason == ""
+    trip.texts.clear()
+    trip.run(4.0)
+
+
+def told(trip, words):
+    return [text for text in trip.texts if words in text]
+
+
+def test_a_lost_station_brings_the_boat_home_and_not_to_yesterdays_rally_point():
+    """It sailed for the rally point of another water, 60 km off, with home 15 m away."""
+    helm = Helm("ardurover", NO_DEPTH, "failsafe.gcs_then_s=10")
+    assert helm.upload([(3, RALLY, 0.0, 0.0, 0.0, 0.0, *helm.at(*OTHER_WATER), 0.0)], 2) == 0
+    assert helm.upload([(3, 16, 0.0, 0.0, 0.0, math.nan, *helm.at(-60.0, 0.0), 0.0)]) == 0
+    assert helm.command(SET_MODE, 1.0, AUTO) == 0
+    assert helm.command(ARM, 1.0) == 0
+    helm.run(25.0)
+    assert helm.truth.north_m < -15.0
+    helm.present = False
+    helm.run(90.0)
+    assert math.hypot(helm.truth.north_m, helm.truth.east_m) < 5.0
+    assert "Return to home, " in helm.texts()
+
+
+def test_a_rally_point_of_another_water_is_told_at_the_upload_at_the_start_and_at_arming(voyage):
+    store, words = MemoryStore(), "not returned to: 60 km away, limit 5000 m (RALLY_LIMIT_KM)"
+    trip = voyage(NO_DEPTH, store=store)
+    rally(trip, NEAR, OTHER_WATER)
+    assert told(trip, words) == [f"Rally point 2 is {words}"]
+    again = voyage(NO_DEPTH, store=store)
+    again.run(4.0)
+    assert told(again, words) == [f"Rally point 2 is {words}"]
+    again.texts.clear()
+    assert again.ask(Arm(arm=True)).reason == ""
+    again.run(1.0)
+    assert told(again, words) == [f"Rally point 2 is {words}"]
+    assert again.mode(Mode.RTL).reason == ""
+    again.run(1.0)
+    assert told(again, "Return to home, 0 m")
+
+
+def test_the_nearest_of_rally_points_and_home_is_taken(voyage):
+    trip = voyage(NO_DEPTH)
+    rally(trip, NEAR, (300.0, 0.0))
+    assert not told(trip, "not returned to")
+    trip.sail(2.0, (60.0, 0.0), after_s=25.0)
+    assert trip.mode(Mode.RTL).reason == ""
+    trip.run(60.0)
+    assert told(trip, "Return to rally point 1, ")
+    assert abs(trip.truth.north_m - 50.0) < 5.0
+
+
+@pytest.mark.parametrize("limit_km", [0.0, 100.0])
+def test_somebody_who_means_it_sails_to_a_far_rally_point(voyage, limit_km):
+    trip = voyage(NO_DEPTH)
+    assert trip.ask(SetParameter("RALLY_LIMIT_KM", limit_km)).reason == ""
+    rally(trip, (59_000.0, 0.0))
+    assert not told(trip, "not returned to")
+    assert trip.ask(SetHomePosition(*trip.world.surroundings.plant.frame.to_geodetic(-60_000.0, 0.0))).reason == ""
+    assert trip.ask(Arm(arm=True)).reason == ""
+    assert trip.mode(Mode.RTL).reason == ""
+    trip.run(20.0)
+    assert told(trip, "Return to rally point 1, 59 km")
+    assert trip.truth.north_m > 10.0
+
+
+@pytest.mark.parametrize("inclusion", [True, False], ids=["outside the fence", "in a forbidden area"])
+def test_a_rally_point_that_the_fence_shuts_off_is_passed_over(voyage, inclusion):
+    """The boat sailed for it to the fence and stayed there."""
+    trip = voyage(NO_DEPTH)
+    rally(trip, (120.0, 0.0))
+    trip.sail(2.0, (70.0, 0.0), after_s=35.0)
+    fence = trip.circle_fence(90.0) if inclusion else trip.circle_fence(20.0, 120.0, 0.0, inclusion=False)
+    assert fence.reason == ""
+    trip.run(4.0)
+    assert told(trip, f"Rally point 1 is not returned to: {30 if inclusion else 20} m outside the fence")
+    assert trip.mode(Mode.RTL).reason == ""
+    trip.run(70.0)
+    assert told(trip, "Return to home, ")
+    assert trip.distance_m < 5.0
+
+
+def test_rally_points_behind_the_fence_are_told_when_they_are_loaded(voyage):
+    trip = voyage(NO_DEPTH)
+    assert trip.circle_fence(60.0).reason == ""
+    rally(trip, (0.0, 80.0), NEAR, (120.0, 0.0))
+    assert told(trip, "Rally point 1 and 1 more are not returned to: 20 m outside the fence")
+
+
+def test_home_outside_the_fence_is_the_last_resort(voyage):
+    trip = voyage(NO_DEPTH)
+    trip.sail(2.0, (60.0, 0.0), after_s=30.0)
+    assert trip.circle_fence(40.0, 60.0, 0.0).reason == ""
+    rally(trip, (90.0, 0.0))
+    assert trip.mode(Mode.RTL).reason == ""
+    trip.run(1.0)
+    assert told(trip, "Return to rally point 1, ")
+    rally(trip)
+    assert trip.mode(Mode.HOLD).reason == ""
+    trip.texts.clear()
+    assert trip.mode(Mode.RTL).reason == ""
+    trip.run(1.0)
+    assert told(trip, "Return to home, "), "as without a fence: there is nothing else"
+
+
+def test_a_home_far_away_is_told_when_it_is_set_and_at_arming(voyage):
+    trip = voyage(NO_DEPTH)
+    far = trip.world.surroundings.plant.frame.to_geodetic(*OTHER_WATER)
+    assert trip.ask(SetHomePosition(*far)).reason == ""
+    trip.run(0.2)
+    assert len(told(trip, "Return leads to home, 60 km away")) == 1
+    assert trip.ask(Arm(arm=True)).reason == ""
+    trip.run(0.2)
+    assert len(told(trip, "Return leads to home, 60 km away")) == 2
