@@ -200,8 +200,9 @@ class App:
         self.snapshot = snapshot
         if self.actuators is not None:
             self.actuator_fresh = self.actuators.write(snapshot.output, now_us)
-        if self.keeper is not None:
-            self.keeper.tick(now_us, snapshot)
+        if self.keeper is not None and self.keeper.tick(now_us, snapshot):
+            for ground in self.grounds:
+                ground.begin_anew()
         if self.voyages is not None:
             self.voyages.tick(now_us)
         if now_us >= self.depths.due_us:

@@ -238,9 +238,12 @@ class GroundPort(_Counted):
         if self._doorstep is None:
             self.conversations[event.channel] = self._converse(event.channel, event.peer)
             return
-        # a datagram's sender may be anybody; channel 0 is the peer that the owner wrote down
-        invited = event.channel == 0 or not self.link.datagrams
-        self.strangers[event.channel] = self._doorstep(event.peer, invited)
+        self._welcome(event.channel, event.peer)
+
+    def _welcome(self, channel: int, peer: str) -> None:
+        if self._doorstep is not None:
+            # a datagram's sender may be anybody; channel 0 is the peer that the owner wrote down
+            self.strangers[channel] = self._doorstep(peer, channel == 0 or not self.link.datagrams)
 
     def _knock(self, event: Received, now_us: int) -> None:
         """Hear a stranger; with a right signature he is none any more."""
@@ -252,6 +255,15 @@ class GroundPort(_Counted):
             if isinstance(self.link, GuardedLink):
                 self.link.trust(event.channel)
             talk.receive(proof, now_us)
+
+    def begin_anew(self) -> None:
+        """Receive everybody at the doorstep again: what proved him before counts no more."""
+        if self._doorstep is None:
+            return
+        for channel in self.conversations:
+            self._welcome(channel, self.open_channels.get(channel, ""))
+        self.conversations, self.talks = {}, ()
+        self._backlog.clear()
 
     def requests(self) -> list[tuple[Conversation, Request]]:
         """What all ask, each with who asks."""

@@ -2,7 +2,9 @@
 
 A link that other machines can reach is served only with signing, or for telemetry alone, or when the configuration says
 ``insecure = true``, which every ground station is told. Time stamps come from the store, from this computer's clock at the start and
-from GNSS (forward only, once, while disarmed); they are saved at shutdown, every 10 s and at a leap, so that what was accepted before a
+from GNSS (forward only, once, while disarmed; where the store brought none, by any step and under arms too). Where GNSS shows that the time
+was not known until then, nothing older than its time less ``NEW_STREAM_BEHIND`` is accepted from there on: what opened a stream before
+may have been recorded. Stamps are saved at shutdown, every 10 s and at a leap, so that what was accepted before a
 restart is not accepted again. Source: firmware-reliability §B.3 and row 50.
 """
 
@@ -17,7 +19,7 @@ from typing import Final, Protocol
 from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.language.snapshot import Snapshot
 from mavlink_bridge.language.witness import Witness
-from mavlink_bridge.mavlink.wire.signing import UNITS_PER_S, SigningState, units_from_utc
+from mavlink_bridge.mavlink.wire.signing import NEW_STREAM_BEHIND, UNITS_PER_S, SigningState, units_from_utc
 
 from .io.keeping import AnyStore
 from .io.keeping.content import SaveStamp, Together
@@ -174,6 +176,8 @@ class Keeper:
         self._store = store
         self._say = say
         self._doors = tuple(open_doors(settings))
+        self._is_blank = OWN not in store.snapshot().stamps
+        """The store remembers nothing: until GNSS tells the time, what is old cannot be told from what is new."""
         self._restore()
         self.state.advance(started_utc_us)
         self._base: int | None = None
@@ -182,23 +186,28 @@ class Keeper:
         self._gnss_done = False
         self._warned = False
 
-    def tick(self, now_us: int, snapshot: Snapshot | None) -> None:
-        """Let the stamp grow with time, take GNSS time once, save. ``snapshot`` None: nothing is heard from the vessel."""
+    def tick(self, now_us: int, snapshot: Snapshot | None) -> bool:
+        """Let the stamp grow with time, take GNSS time once, save. ``snapshot`` None: nothing is heard from the vessel.
+
+        Return whether the time has become known only now: who proved himself before must do so again.
+        """
         if not self._warned:
             self._warned = True
             self._warn()
         if self.state.key is None:
-            return
+            return False
         if self._base is None:
             self._base = self.state.timestamp - now_us // 10
             self._save(now_us)
         self.state.timestamp = max(self.state.timestamp, self._base + now_us // 10)
-        utc_us = None if snapshot is None or snapshot.armed else snapshot.utc_us
+        is_late, floor = snapshot is not None and snapshot.armed and not self._is_blank, self.state.floor
+        utc_us = None if snapshot is None or is_late else snapshot.utc_us
         if not self._gnss_done and utc_us is not None:
-            self._take_gnss(utc_us)
+            self._take_gnss(utc_us, now_us)
         passed_us = now_us - self._saved_us
         if passed_us >= SAVE_US or self.state.timestamp > self._saved + passed_us // 10 + LEAP:
             self._save(now_us)
+        return self.state.floor > floor
 
     def close(self, now_us: int) -> None:
         """Save the stamps for good; nothing may be accepted after this."""
@@ -236,13 +245,19 @@ class Keeper:
             log.warning("endpoint %s takes orders from anybody (insecure = true)", name)
             self._say(Severity.WARNING, self.met(name))
 
-    def _take_gnss(self, utc_us: int) -> None:
+    def _take_gnss(self, utc_us: int, now_us: int) -> None:
         """GNSS can be spoofed: it moves the stamp forward only, once, and only so far."""
         self._gnss_done = True
-        stamp = units_from_utc(utc_us)
-        if self.state.timestamp < stamp <= self.state.timestamp + MAX_GNSS_STEP or self.state.timestamp == 0:
-            self._base = (self._base or 0) + stamp - self.state.timestamp
-            self.state.advance(utc_us)
+        stamp, base = units_from_utc(utc_us), self._base or 0
+        behind = (
+            stamp - base - now_us // 10
+        )  # of our own clock, whatever stations, or who replays them, have made of the stamp since
+        if behind <= 0 or (behind > MAX_GNSS_STEP and not self._is_blank):
+            return
+        self._base = base + behind
+        self.state.advance(utc_us)
+        if behind > NEW_STREAM_BEHIND:
+            self.state.floor = max(self.state.floor, stamp - NEW_STREAM_BEHIND)
 
     def _restore(self) -> None:
         stamps = self._store.snapshot().stamps

@@ -239,6 +239,8 @@ def _room(settings: Settings) -> Iterator[str]:
 def _habits(settings: Settings) -> Iterator[str]:
     if not settings.store:
         yield 'store = "": plans and parameters are lost at every stop'
+        if settings.security.key_file:
+            yield 'store = "" with security.key_file: what was recorded before is good again until GNSS or a right clock tells the time'
     if not settings.record.enabled:
         yield "record.enabled = false: nothing is left of a run to look at"
 

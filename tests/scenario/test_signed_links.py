@@ -196,6 +196,114 @@ def test_after_a_loss_of_power_a_station_that_heard_us_gets_through_at_once_and_
     assert armed(third)
 
 
+def blank(tmp_path: Path, store: MemoryStore | None = None) -> World:
+    """A vessel whose computer has no clock, before GNSS tells the time. Its store knows no stamps, unless one is given."""
+    world = World(settings(tmp_path), seed=3, store=store or MemoryStore())
+    world.surroundings.plant.sensors.faults.utc_blank = True
+    world.run(5.0)
+    return world
+
+
+def time_comes(world: World) -> int:
+    """GNSS tells the time; return it as a stamp."""
+    world.surroundings.plant.sensors.faults.utc_blank = False
+    world.run(2.0)
+    assert world.snapshot is not None
+    assert world.snapshot.utc_us is not None
+    return units_from_utc(world.snapshot.utc_us)
+
+
+SIM_START = units_from_utc(1_767_225_600_000_000)
+"""2026-01-01, when simulations begin."""
+WEEK, MINUTE = 7 * 86_400 * security.UNITS_PER_S, 60 * security.UNITS_PER_S
+
+
+@pytest.mark.parametrize("begun_armed", [False, True], ids=["disarmed", "armed"])
+@pytest.mark.parametrize("genuine_first", [False, True])
+def test_what_was_recorded_last_week_is_worth_nothing_once_the_time_is_known(
+    tmp_path: Path, genuine_first: bool, begun_armed: bool
+) -> None:
+    """Replayed before GNSS told the time it opened a stream, and that one stayed good: a recorded order armed the boat."""
+    world = blank(tmp_path)
+    thief = Station(world, "gcs", stamp=SIM_START - WEEK)
+    thief.codec = Codec(
+        255, 190, signer=Signer(thief.clock, 7)
+    )  # a stream of last week's, not of the station that is here
+    order(thief, ARM_BY_FORCE if begun_armed else DISARM_BY_FORCE)
+    if genuine_first:  # its frames move the vessel's stamp to the right time before GNSS does
+        genuine = Station(world, "sdk", stamp=SIM_START + 30 * security.UNITS_PER_S)
+        order(genuine, dialect.MAVLink_command_long_message(1, 1, 512, 0, 148, 0, 0, 0, 0, 0, 0))
+    time_comes(world)
+    if begun_armed:
+        order(Station(world, "gcs", stamp=world.app.keeper.state.timestamp), DISARM_BY_FORCE)
+    thief.acks.clear()
+    for _ in range(3):
+        thief.send(HEARTBEAT)
+        thief.send(ARM_BY_FORCE)
+        thief.tick(10)
+        assert not armed(world)
+    assert thief.acks == []
+
+
+def test_who_was_let_in_by_a_recorded_frame_hears_no_position_once_the_time_is_known(tmp_path: Path) -> None:
+    world = blank(tmp_path)
+    thief = Station(world, "gcs", stamp=SIM_START - WEEK)
+    thief.send(HEARTBEAT)
+    thief.tick(60)
+    assert kinds(thief, 60) > {"HEARTBEAT", "GLOBAL_POSITION_INT"}
+    time_comes(world)
+    kinds(thief, 20)
+    assert kinds(thief, 100) == {"HEARTBEAT"}
+
+
+def kinds(station: Station, ticks: int) -> set[str]:
+    """Names of what a station hears."""
+    found = set()
+    for _ in range(ticks):
+        station.world.step()
+        for event in station.link.poll(station.world.now_us):
+            for frame in station.deframer.receive(getattr(event, "data", b""), station.world.now_us):
+                message = decode(frame)
+                found |= {message.get_type()} if message is not None else set()
+    return found
+
+
+@pytest.mark.parametrize("behind_s", [0, 50], ids=["right", "right to a minute"])
+def test_a_station_with_a_clock_right_to_a_minute_stays_heard_when_the_time_comes(
+    tmp_path: Path, behind_s: int
+) -> None:
+    world = blank(tmp_path)
+    genuine = Station(world, "gcs", stamp=SIM_START - behind_s * security.UNITS_PER_S)
+    order(genuine, ARM_BY_FORCE)
+    order(genuine, DISARM_BY_FORCE)
+    genuine.clock.timestamp = max(genuine.clock.timestamp, time_comes(world) - behind_s * security.UNITS_PER_S)
+    order(genuine, ARM_BY_FORCE)
+    assert armed(world)
+
+
+def test_a_station_that_is_an_hour_behind_takes_the_vessels_stamp_and_stays_heard(tmp_path: Path) -> None:
+    world = blank(tmp_path)
+    genuine = Station(world, "gcs", stamp=SIM_START - 60 * MINUTE)
+    order(genuine, DISARM_BY_FORCE)
+    time_comes(world)
+    genuine.clock.timestamp = world.app.keeper.state.timestamp  # as MAVLink libraries do with each frame they hear
+    order(genuine, ARM_BY_FORCE)
+    assert armed(world)
+
+
+def test_a_store_that_remembers_lets_nobody_be_put_out_by_a_time_of_which_it_knew(tmp_path: Path) -> None:
+    """The clock of a station that goes by itself may be an hour behind while the vessel's own time is right: nothing changes."""
+    first, store = started(tmp_path)
+    slow = Station(first, "gcs")
+    order(slow, DISARM_BY_FORCE)
+    first.run(30.0)
+    first.app.shutdown(first.now_us)
+    floor = first.app.keeper.state.floor
+    second = World(settings(tmp_path), seed=3, store=store)
+    second.run(5.0)
+    assert second.app.keeper.state.floor == floor
+
+
 def test_an_old_key_hands_over_to_a_new_one_and_is_then_worth_nothing(tmp_path: Path) -> None:
     world, _ = started(tmp_path, MemoryStore())  # as on a boat: a simulation's store would leave the key file alone
     new = bytes(range(100, 132))
