@@ -15,6 +15,7 @@ from typing import Any, Final, Protocol
 from mavlink_bridge.language.messages import ActuatorStatus, Severity
 from mavlink_bridge.language.requests import (
     ACCEPTED,
+    EraseLogs,
     ForgetDepth,
     LoadPlan,
     PlanKind,
@@ -32,7 +33,7 @@ from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
 from mavlink_bridge.mavlink.persona import Identity
 
 from .audit import Audit, ordered_text, own_request, whom
-from .changes import ends_far_word, parameter_problem, saving, setting_refusal, telling
+from .changes import ends_far_word, erase_logs, parameter_problem, saving, setting_refusal, telling
 from .core.guard.failsafe_flags import ProcessFlags
 from .core.hull import VesselConfig
 from .core.steer import gains_problem
@@ -312,6 +313,8 @@ class App:
             self._load(body, telling(self.controls, request, answer))
         elif isinstance(body, SetParameter):
             self._set_parameter(body, telling(self.controls, request, answer))
+        elif isinstance(body, EraseLogs):
+            answer(erase_logs(self.controls, self.facade.logs, request))
         elif isinstance(body, RtcmData):
             for port in self.sensors[:1]:
                 port.send(0, body.data)

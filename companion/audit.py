@@ -28,6 +28,8 @@ from mavlink_bridge.language.stations import Proof, Station
 STREAM_GAP_US: Final = 5_000_000
 """A stream that was silent for so long begins anew: as long as a ground station may be silent before it counts as lost."""
 _MAX_STREAMS: Final = 32
+ABOARD: Final = "a program aboard"
+"""Who orders over no link and names nobody."""
 _DATA: Final = (RtcmData, DistanceInput)
 """What measures, and orders nothing."""
 Answer = Callable[[Reply], None]
@@ -98,7 +100,7 @@ def ordered_text(body: RequestBody, station: Station) -> str:
 def whom(request: Request) -> str:
     """Who ordered, in words: its ids, link and what proves it."""
     if request.station is None:
-        return "a program aboard"
+        return ABOARD
     return f"{request.sender}/{request.component} over {request.station.link} ({request.proof.value})"
 
 

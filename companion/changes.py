@@ -2,9 +2,20 @@
 
 from __future__ import annotations
 
-from mavlink_bridge.language.requests import LoadPlan, PlanKind, Reboot, Reply, Request, Result, SetParameter
+from mavlink_bridge.language.requests import (
+    ACCEPTED,
+    EraseLogs,
+    LoadPlan,
+    PlanKind,
+    Reboot,
+    Reply,
+    Request,
+    Result,
+    SetParameter,
+)
 from mavlink_bridge.mavlink.missions.plan_rules import plan_id
 
+from .audit import ABOARD
 from .core.hull import VesselConfig
 from .core.steer import gains_problem
 from .core.vehicle.controls import Controls
@@ -13,13 +24,24 @@ from .facade import Facade
 from .io.keeping import StoreOp
 from .io.keeping.content import SaveParam, SavePlan, Together
 from .lasting import Answer
+from .logs import Logs
 
 
 def setting_refusal(controls: Controls, request: Request, now_us: int) -> str:
-    """Return why the sender may not change a plan or a parameter, or end the program; or an empty string."""
-    if not isinstance(request.body, LoadPlan | SetParameter | Reboot):
+    """Return why the sender may not change a plan or a parameter, erase logs, or end the program; or an empty string."""
+    if not isinstance(request.body, LoadPlan | SetParameter | EraseLogs | Reboot):
         return ""
     return controls.parts.operators.objection(request.body, request.station, now_us, manual=False)
+
+
+def erase_logs(controls: Controls, logs: Logs | None, request: Request) -> Reply:
+    """Have the logs of earlier runs deleted; what came of it is told with who ordered it."""
+    if controls.armed:
+        return Reply(Result.REJECTED_NOW, "logs are not erased while armed")
+    if logs is None:
+        return Reply(Result.DENIED, "there are no logs: nothing is recorded")
+    logs.erase(ABOARD if request.station is None else str(request.station))
+    return ACCEPTED
 
 
 def telling(controls: Controls, request: Request, answer: Answer) -> Answer:

@@ -33,6 +33,7 @@ class Logs:
         self.looked = 0
         self._looking: int | None = None
         self._erasing: int | None = None
+        self._erased_by = ""
         self._fetching: dict[int, Piece] = {}
         self._asked: set[Piece] = set()
         self._pieces: OrderedDict[Piece, bytes] = OrderedDict()
@@ -46,9 +47,10 @@ class Logs:
             self._looking = self._order(ArchiveLook())
         return self._looking
 
-    def erase(self) -> None:
-        """Delete the logs of earlier runs; a look that comes after it sees them gone."""
+    def erase(self, by: str) -> None:
+        """Delete the logs of earlier runs, as somebody has ordered; a look that comes after it sees them gone."""
         if self._erasing is None:
+            self._erased_by = by
             self._erasing = self._order(Erase())
             self._looking = None
 
@@ -97,10 +99,12 @@ class Logs:
         self._erasing = None
         self._names, self.logs = (), ()
         self._forget()
-        if fetched.ok:
-            self._say(Severity.INFO, f"Logs of {fetched.body.decode()} earlier runs erased")
-        else:
+        if not fetched.ok:
             self._say(Severity.WARNING, f"Logs not erased: {fetched.body.decode()}")
+            return
+        gone, _, left = fetched.body.decode().partition(" ")
+        rest = f"; {left} left: another vessel's, unknown, or in use" if left else ""
+        self._say(Severity.NOTICE, f"Logs of {gone} earlier runs erased by {self._erased_by}{rest}")
 
     def _forget(self) -> None:
         self._pieces.clear()

@@ -80,6 +80,7 @@ class Target:
         for name in ("earlier", "now"):
             (folder / name).mkdir()
             (folder / name / "mavlink.tlog").write_bytes(bytes(50_000))
+            (folder / name / "run.json").write_text('{"vessel_id": "fuzzed"}')
         app = self.world.app
         app.facade.logs = Logs(LogArchive(folder, folder / "now"), app.vehicle.controls.voice.say)
 

@@ -43,8 +43,8 @@ class Nature:
     decides: bool = False
     """A person has decided what the boat does: a failsafe whose cause is gone ends. A stream goes on by itself and is none."""
     sets: bool = False
-    """Changes what stands: where plan and return lead, the fence, a parameter, whether the program runs. It moves nothing by itself
-    and may turn a boat that sails, or leave her deaf, so only who may command does it."""
+    """Changes what stands: where plan and return lead, the fence, a parameter, kept logs, whether the program runs. It moves nothing
+    by itself and may turn a boat that sails, or leave her deaf, so only who may command does it."""
     yields: bool = True
     """A stop that was given later makes it void, as it could set the boat going again."""
     aim: Aim = (None, None)

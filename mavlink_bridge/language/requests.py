@@ -291,6 +291,15 @@ class Reboot(Ask):
 
 
 @dataclass(frozen=True, slots=True)
+class EraseLogs(Ask):
+    """Delete the telemetry logs of the vessel's earlier runs (LOG_ERASE). There is no way back."""
+
+    @property
+    def nature(self) -> Nature:
+        return Nature(sets=True)
+
+
+@dataclass(frozen=True, slots=True)
 class RtcmData(Ask):
     """GPS_RTCM_DATA, reassembled, for the receiver's port."""
 
@@ -341,6 +350,7 @@ RequestBody = (
     | EnableFence
     | SetParameter
     | Reboot
+    | EraseLogs
     | DistanceInput
     | RtcmData
     | RunPrearmChecks

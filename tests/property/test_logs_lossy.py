@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import json
 import os
 import random
 import struct
@@ -38,6 +39,13 @@ def make_log(folder: Path, name: str, size: int, *, part: str = "", begin_s: int
     return content
 
 
+OURS = {"vessel_id": "a", "settings": {"system": {"system_id": 1}}}
+
+
+def say_whose(run_dir: Path, about: object) -> None:
+    (run_dir / "run.json").write_text(json.dumps(about))
+
+
 class Vessel:
     """The service over real files; what it is asked for it has a step later."""
 
@@ -45,15 +53,19 @@ class Vessel:
         self.said: list[str] = []
         (folder / "now").mkdir(exist_ok=True)
         self.logs = Logs(LogArchive(folder, folder / "now"), lambda _, text: self.said.append(text))
-        self.server = LogServer(self.logs, first_id, self.said.append)
+        self.server = LogServer(self.logs, first_id, self.said.append, self.erase)
         self.codec, self.deframer = Codec(1, 1), Deframer(datagrams=True)
         self.sent = 0
+
+    def erase(self) -> None:
+        self.logs.erase("station 255 over gcs")
+        self.server.erase_answered()
 
     def step(self, raws: list[bytes], now_us: int) -> list[bytes]:
         self.logs.collect()
         for raw in raws:
             for frame in self.deframer.receive(raw, now_us):
-                self.server.handle(decode(frame), now_us, armed=False)
+                self.server.handle(decode(frame), now_us)
         out = []
         for _ in range(FRAMES_A_STEP):
             packed = self.server.next(now_us)
@@ -258,19 +270,58 @@ def test_the_present_run_is_the_last_and_survives_an_erase(tmp_path):
     make_log(tmp_path, "zz-earlier", 500, begin_s=BEGIN_S + 5)
     vessel = Vessel(tmp_path)
     now = make_log(tmp_path, "now", 300)
+    say_whose(tmp_path / "zz-earlier", OURS)
+    say_whose(tmp_path / "now", OURS)
     station = Chunks(2)
     download(vessel, station, LAN, 0)
     assert station.content == now
-    vessel.server.handle(dialect.MAVLink_log_erase_message(1, 1), 0, armed=True)
-    vessel.step([], 0)
-    assert vessel.said == ["logs are not erased while armed"]
-    assert (tmp_path / "zz-earlier" / "mavlink.tlog").exists()
-    vessel.server.handle(dialect.MAVLink_log_erase_message(1, 1), 0, armed=False)
+    vessel.server.handle(dialect.MAVLink_log_erase_message(1, 1), 0)
     again = Chunks(1)
     download(vessel, again, LAN, 0)
-    assert vessel.said[1:] == ["Logs of 1 earlier runs erased"]
+    assert vessel.said == ["Logs of 1 earlier runs erased by station 255 over gcs"]
     assert not (tmp_path / "zz-earlier" / "mavlink.tlog").exists()
     assert again.entries == {1: (300, BEGIN_S)}, "a list asked for right after the erase shows what is left"
+
+
+WHOSE = {
+    "another vessel's": {**OURS, "vessel_id": "b"},
+    "of another number": {**OURS, "settings": {"system": {"system_id": 2}}},
+    "nobody's": {},
+    "of the first release": {"settings": OURS["settings"]},
+    "no object": [],
+    "of no shape": {**OURS, "settings": []},
+    "nested without end": None,
+}
+
+
+@pytest.mark.parametrize("whose", WHOSE)
+def test_an_erase_leaves_what_is_not_known_to_be_this_vessels(tmp_path, whose):
+    """It unlinked whatever lay in the folder."""
+    make_log(tmp_path, "ours", 500)
+    make_log(tmp_path, "other", 500)
+    vessel = Vessel(tmp_path)
+    for name in ("ours", "now"):
+        say_whose(tmp_path / name, OURS)
+    if WHOSE[whose] is None:
+        (tmp_path / "other" / "run.json").write_text("[" * 200_000)
+    else:
+        say_whose(tmp_path / "other", WHOSE[whose])
+    vessel.erase()
+    vessel.step([], 0)
+    assert vessel.said == [
+        "Logs of 1 earlier runs erased by station 255 over gcs; 1 left: another vessel's, unknown, or in use"
+    ]
+    assert (tmp_path / "other" / "mavlink.tlog").exists()
+    assert not (tmp_path / "ours" / "mavlink.tlog").exists()
+
+
+def test_nothing_is_erased_while_nobody_knows_whose_the_present_run_is(tmp_path):
+    make_log(tmp_path, "ours", 500)
+    vessel = Vessel(tmp_path)
+    say_whose(tmp_path / "ours", OURS)
+    vessel.erase()
+    vessel.step([], 0)
+    assert (tmp_path / "ours" / "mavlink.tlog").exists()
 
 
 def test_what_is_gone_is_said_and_other_logs_go_on(tmp_path):
@@ -287,19 +338,19 @@ def test_what_is_gone_is_said_and_other_logs_go_on(tmp_path):
     other.begin()
     download(vessel, other, LAN, 0)
     assert other.content == content
-    vessel.server.handle(dialect.MAVLink_log_request_data_message(1, 1, 77, 0, 90), 0, armed=False)
+    vessel.server.handle(dialect.MAVLink_log_request_data_message(1, 1, 77, 0, 90), 0)
     assert vessel.said[-1] == "there is no log 77: list the logs first"
 
 
 def test_entries_and_data_stop_when_the_station_says_so(tmp_path):
     make_log(tmp_path, "a", 100_000)
     vessel = Vessel(tmp_path)
-    vessel.server.handle(dialect.MAVLink_log_request_list_message(1, 1, 0, 0xFFFF), 0, armed=False)
+    vessel.server.handle(dialect.MAVLink_log_request_list_message(1, 1, 0, 0xFFFF), 0)
     vessel.step([], 0)
-    vessel.server.handle(dialect.MAVLink_log_request_data_message(1, 1, 1, 0, 0xFFFFFFFF), 0, armed=False)
+    vessel.server.handle(dialect.MAVLink_log_request_data_message(1, 1, 1, 0, 0xFFFFFFFF), 0)
     vessel.step([], 0)
     assert vessel.step([], 0)
-    vessel.server.handle(dialect.MAVLink_log_request_end_message(1, 1), 0, armed=False)
+    vessel.server.handle(dialect.MAVLink_log_request_end_message(1, 1), 0)
     assert not vessel.server.busy
     assert vessel.step([], 0) == []
 
@@ -328,7 +379,7 @@ def test_any_requests_leave_memory_bounded_and_every_message_within_its_log(tmp_
             "erase": lambda: dialect.MAVLink_log_erase_message(1, 1),
             "end": lambda: dialect.MAVLink_log_request_end_message(1, 1),
         }[what]
-        vessel.server.handle(maker(*numbers), 0, armed=False)
+        vessel.server.handle(maker(*numbers), 0)
         for raw in vessel.step([], 0):
             for frame in deframer.receive(raw, 0):
                 message = decode(frame)

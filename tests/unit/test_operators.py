@@ -177,7 +177,7 @@ SETS = [
     ask.EnableFence(False),
     ask.SetParameter("FENCE_ENABLE", 0.0),
 ]
-GOES_DARK = [ask.Reboot(), ask.Reboot(shutdown=True)]
+GOES_DARK = [ask.Reboot(), ask.Reboot(shutdown=True), ask.EraseLogs()]
 
 
 @pytest.mark.parametrize("body", SETS + GOES_DARK, ids=repr)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from companion.io.recording.recorder import Recorder
 from companion.io.recording.run_folders import free_bytes, make_room, new_run_dir
 
 OLD = ("20260101-000000", "20260101-000000-2", "20260101-000000-10", "20260301-120000")
@@ -51,6 +52,14 @@ def test_on_a_small_disk_the_newest_runs_stay_and_what_there_is_is_shared(base: 
     assert make_room(base, 100 * SIZE, disk, floor_bytes=2 * SIZE) == [], "and not one more at the next start"
     assert names(make_room(base, 100 * SIZE, disk, floor_bytes=50 * SIZE)) == list(OLD[2:])
     assert sorted(names(base.iterdir())) == sorted(NEWEST), "below the floor all goes but these"
+
+
+def test_a_run_that_somebody_records_is_not_deleted_under_him(base: Path) -> None:
+    """Another vessel's, begun under the oldest name."""
+    held = Recorder(base / "20250101-000000", free_floor_mb=0)
+    assert names(make_room(base, 6 * SIZE, disk)) == list(OLD[:3])
+    held.close(0)
+    assert names(make_room(base, 7 * SIZE, disk)) == ["20250101-000000", OLD[3]]
 
 
 def test_a_run_that_began_without_a_clock_is_not_the_oldest(base: Path) -> None:

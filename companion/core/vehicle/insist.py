@@ -81,12 +81,13 @@ TABLE: Final = (
     Refusal("plan upload", "the plan leads over charted shoals", "refuses; the old plan stays", CHART),
     Refusal("plan upload, go-to, speed", "faster than the vessel can go", "refuses", "ask for less"),
     Refusal(
-        "any order to move; plan, fence, rally points, home, parameters; restart, shutdown",
+        "any order to move; plan, fence, rally points, home, parameters; erasing logs; restart, shutdown",
         "the sender is not in operator.ids",
         "refuses; Hold, Return, Disarm pass",
         f"{NEVER}: another station",
     ),
     Refusal("sticks", "another station has them", "refuses", "take Manual; free after OWNER_TIMEOUT"),
+    Refusal("erasing logs", "armed", "refuses", "disarm first"),
     Refusal("restart", "armed", "refuses", "disarm first"),
     Refusal("shutdown", "by radio; armed; not where it was started", "refuses", f"{NEVER}: a restart is obeyed"),
 )

@@ -15,6 +15,7 @@ from mavlink_bridge.language.requests import (
     Arm,
     DistanceInput,
     EnableFence,
+    EraseLogs,
     ForgetDepth,
     GuidedHeading,
     GuidedTarget,
@@ -323,8 +324,8 @@ _METHODS: Final[dict[type, Callable[[Orders, Any, Station | None, int], Reply]]]
     SeaTrial: Orders.sea_trial,
 }
 
-BY_THE_PROCESS: Final = frozenset({LoadPlan, SetParameter, Reboot, RtcmData, TakeCommand})
-"""Requests that the process around the vessel carries out: they need its store, its links or its stations."""
+BY_THE_PROCESS: Final = frozenset({LoadPlan, SetParameter, Reboot, EraseLogs, RtcmData, TakeCommand})
+"""Requests that the process around the vessel carries out: they need its store, its logs, its links or its stations."""
 
 
 def without_order(bodies: Collection[type]) -> list[str]:

@@ -19,6 +19,7 @@ from typing import Final, NamedTuple, Protocol
 from ..clock import EARLIEST_UTC_US
 from ..log_file import parts_of
 from ..writer import Writer
+from .run_folders import is_held
 
 MAX_LOGS: Final = 500
 _UNKNOWN_UTC_US: Final = EARLIEST_UTC_US + 30 * 86_400_000_000
@@ -42,7 +43,7 @@ class Read:
 
 @dataclass(frozen=True, slots=True)
 class Erase:
-    """Delete the logs of earlier runs; comes back with how many, as text."""
+    """Delete the logs of this vessel's earlier runs; comes back with how many, as text, and behind a space how many were left."""
 
 
 LogOp = ArchiveLook | Read | Erase
@@ -104,7 +105,8 @@ class LogArchive:
             return json.dumps(self._look()).encode()
         if isinstance(op, Read):
             return zlib.compress(self._read(op), 1)
-        return str(self._erase()).encode()
+        gone, left = self._erase()
+        return (f"{gone} {left}" if left else str(gone)).encode()
 
     def _look(self) -> list[tuple[str, int, int]]:
         """Name, size and beginning of each run that has a log, oldest first; the present run is the last."""
@@ -144,16 +146,21 @@ class LogArchive:
             start = max(start - size, 0)
         return data
 
-    def _erase(self) -> int:
+    def _erase(self) -> tuple[int, int]:
+        """Other vessels may record into the same folder, and a person may have put their runs there: those stay."""
         self._look()
-        erased = 0
+        gone, left, ours = 0, 0, vessel_of(self._current)
         for parts in self._parts.values():
-            if parts[0][0].parent == self._current:
+            run_dir = parts[0][0].parent
+            if run_dir == self._current:
+                continue
+            if ours is None or vessel_of(run_dir) != ours or is_held(run_dir):
+                left += 1
                 continue
             for path, _ in parts:
                 path.unlink(missing_ok=True)
-            erased += 1
-        return erased
+            gone += 1
+        return gone, left
 
 
 def log_parts(run_dir: Path) -> tuple[tuple[Path, int], ...]:
@@ -161,6 +168,17 @@ def log_parts(run_dir: Path) -> tuple[tuple[Path, int], ...]:
     paths = parts_of(run_dir / "mavlink.tlog")
     found = [(path, path.stat().st_size) for path in paths if not path.is_symlink()]
     return tuple(each for each in found if each[1] > 0)
+
+
+def vessel_of(run_dir: Path) -> tuple[object, object] | None:
+    """Whose run it is by its run.json: the vessel's id and its number on MAVLink; None = nobody knows."""
+    try:
+        about = json.loads((run_dir / "run.json").read_text(encoding="utf-8"))
+        number = about.get("settings", {}).get("system", {}).get("system_id")
+    except (OSError, ValueError, AttributeError, RecursionError):
+        return None
+    vessel = about.get("vessel_id")
+    return None if vessel is None else (vessel, number)
 
 
 def _begin_s(path: Path) -> int:

@@ -25,6 +25,7 @@ from ..whole_file import whole_file
 from ..writer import Writer
 from . import digests
 from .input_recorder import InputRecorder
+from .run_folders import hold
 from .traffic_log import TrafficLog
 
 CONTROL_COLUMNS: Final = (
@@ -87,6 +88,7 @@ class Recorder:
             make_run_folder(run_dir)
             set_aside(run_dir)
             write_json(run_dir / "run.json", self._about)
+        self._hold = hold(run_dir)
         limit = self._max_bytes // _SHARES
         self._tlog = self._file("mavlink.tlog", max_bytes=limit)
         self._events = self._file("events.jsonl", max_bytes=limit)
@@ -209,12 +211,18 @@ class Recorder:
             make_run_folder(self.run_dir)
             write_json(about, self._about)
             self._gone_found = True
+            if self._hold is not None:
+                os.close(self._hold)
+            self._hold = hold(self.run_dir)
 
     def close(self, now_us: int, **result: Any) -> None:
         """Write the rest; ``result`` is added to run.json."""
         for file in self._files:
             file.close(now_us)
         self._about.update(result)
+        if self._hold is not None:
+            os.close(self._hold)
+            self._hold = None
         if self._writer is None or not self._writer.post(self._sum_up, CLOSE_WAIT_S):
             self._sum_up()
 

@@ -6,8 +6,11 @@ would be the one that was not recorded.
 
 from __future__ import annotations
 
+import contextlib
+import os
 import re
 import shutil
+import sys
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
@@ -31,6 +34,48 @@ def new_run_dir(base: Path) -> Path:
     raise OSError(f"{base}: a thousand runs in one second")
 
 
+def hold(run_dir: Path) -> int | None:
+    """Mark a run as being recorded until the descriptor is closed, or its process ends, however that ends. None: no lock can be had."""
+    handle = _opened(run_dir)
+    if handle is not None and not _locks(handle):
+        os.close(handle)
+        return None
+    return handle
+
+
+def is_held(run_dir: Path) -> bool:
+    """Whether somebody records this run now."""
+    handle = _opened(run_dir)
+    if handle is None:
+        return False
+    try:
+        return not _locks(handle)
+    finally:
+        os.close(handle)
+
+
+def _opened(run_dir: Path) -> int | None:
+    if sys.platform == "win32":  # a gateway's, which records no run
+        return None
+    with contextlib.suppress(OSError):
+        return os.open(run_dir, os.O_RDONLY | os.O_DIRECTORY)
+    return None
+
+
+def _locks(handle: int) -> bool:
+    """Lock an open folder; False when another has the lock. A disk without locks knows of nobody."""
+    if sys.platform != "win32":
+        import fcntl  # not on Windows, where the gateway runs too
+
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+        except OSError:
+            return True
+    return True
+
+
 def free_bytes(folder: Path) -> int:
     """Return what the disk of a folder, or of the nearest one above it that exists, has free. Raises OSError."""
     while not folder.exists() and folder != folder.parent:
@@ -44,7 +89,8 @@ def make_room(
     """Delete the oldest runs in ``base`` until its disk has ``wanted_bytes`` free; return those that went.
 
     The newest stay in any case. Where that cannot be had, old runs and the new one share what there is above ``floor_bytes``.
-    Only directories that bear a time as ``new_run_dir`` gives it and hold a run.json are runs; links are left alone. What cannot
+    Only directories that bear a time as ``new_run_dir`` gives it and hold a run.json are runs; links are left alone, and so is what
+    another process records. What cannot
     be read or deleted stays: a disk's trouble is the recorder's to tell.
     """
     gone: list[Path] = []
@@ -56,6 +102,8 @@ def make_room(
         for run_dir in runs:
             if free(base) >= wanted_bytes:
                 break
+            if is_held(run_dir):
+                continue
             shutil.rmtree(run_dir, ignore_errors=True)
             if not run_dir.exists():
                 gone.append(run_dir)

@@ -44,11 +44,16 @@ class _Range:
 
 
 class LogServer:
-    """Serves the vessel's logs on one endpoint. ``shelf`` None: says that there are none (a radio must not carry them)."""
+    """Serves the vessel's logs on one endpoint. ``shelf`` None: says that there are none (a radio must not carry them).
+
+    ``erase`` asks the vessel to delete them: who may is the vessel's to say.
+    """
 
     handles: Final = ("LOG_REQUEST_LIST", "LOG_REQUEST_DATA", "LOG_ERASE", "LOG_REQUEST_END")
 
-    def __init__(self, shelf: LogShelf | None, first_id: int, explain: Callable[[str], None]) -> None:
+    def __init__(
+        self, shelf: LogShelf | None, first_id: int, explain: Callable[[str], None], erase: Callable[[], None]
+    ) -> None:
         self._shelf = shelf
         self._first = first_id
         self._wanted: tuple[int, int] | None = None
@@ -56,14 +61,15 @@ class LogServer:
         self._next_entry = 0
         self._ranges: deque[_Range] = deque()
         self._sent: tuple[int, _Range] | None = None
-        self._explain = explain
+        self._explain, self._ask_to_erase = explain, erase
+        self._is_erasing = False
 
     @property
     def busy(self) -> bool:
         """True while something is to be sent."""
         return self._wanted is not None or bool(self._ranges)
 
-    def handle(self, message: Any, now_us: int, *, armed: bool) -> None:
+    def handle(self, message: Any, now_us: int) -> None:
         """Take one message of ``handles``; ``next`` has the answers."""
         kind = message.get_type()
         if kind == "LOG_REQUEST_LIST":
@@ -71,7 +77,7 @@ class LogServer:
         elif kind == "LOG_REQUEST_DATA":
             self._data(message.id, message.ofs, message.count, now_us)
         elif kind == "LOG_ERASE":
-            self._erase(armed)
+            self._erase()
         else:
             self._wanted = None
             self._ranges.clear()
@@ -96,11 +102,15 @@ class LogServer:
     def _list(self, first: int, last: int) -> None:
         self._wanted = first, last
         self._next_entry = max(first - self._first, 0)
+        if not self._is_erasing:
+            self._look_up()
+
+    def _look_up(self) -> None:
         if self._shelf is not None and (self._next_entry == 0 or not self._shelf.looked):
             self._look = self._shelf.look()
 
     def _entry(self) -> Packed | None:
-        if self._wanted is None or (self._shelf is not None and self._shelf.looked < self._look):
+        if self._wanted is None or self._is_erasing or (self._shelf is not None and self._shelf.looked < self._look):
             return None
         logs = () if self._shelf is None else self._shelf.logs
         number = self._next_entry
@@ -122,14 +132,18 @@ class LogServer:
             )
         )
 
-    def _erase(self, armed: bool) -> None:
-        if armed:
-            self._explain("logs are not erased while armed")
-        elif self._shelf is None:
+    def _erase(self) -> None:
+        if self._shelf is None:
             self._explain("there are no logs to erase over this link")
         else:
-            self._ranges.clear()
-            self._shelf.erase()
+            self._is_erasing = True
+            self._ask_to_erase()
+
+    def erase_answered(self) -> None:
+        """The vessel has obeyed or refused: a list that was asked for meanwhile shows what is left."""
+        self._is_erasing = False
+        if self._wanted is not None:
+            self._look_up()
 
     # The data
 

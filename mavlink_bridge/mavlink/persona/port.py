@@ -118,10 +118,6 @@ class LogShelf(Protocol):
         """Bytes ``number * LOG_PIECE`` onwards of a log, at most LOG_PIECE; None = being fetched. Raises LogLostError."""
         ...
 
-    def erase(self) -> None:
-        """Delete the logs of earlier runs."""
-        ...
-
 
 LOG_PIECE: Final = 180 * 90
 """Bytes that are read at a time: whole LOG_DATA messages."""

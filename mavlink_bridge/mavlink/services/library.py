@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from ...language.requests import EraseLogs, Reply
 from ..files import metadata
 from ..files.ftp import FileServer
 from ..files.logs import LogServer
@@ -18,9 +19,11 @@ class Library(Service):
     def __init__(self, channel: Channel) -> None:
         config = channel.config
         self._channel = channel
+        self._erasing: set[int] = set()
+        """Numbers of requests to erase that the vessel has not answered."""
         self._files = FileServer(metadata.files(channel.params))
         shelf = channel.vehicle.logs if config.profile == "lan" else None
-        self._logs = LogServer(shelf, 1 if config.has_home_item else 0, channel.explain)
+        self._logs = LogServer(shelf, 1 if config.has_home_item else 0, channel.explain, self._erase)
 
     @property
     def handles(self) -> Mapping[str, Handler]:
@@ -38,4 +41,13 @@ class Library(Service):
         self._channel.bulk(self._files.next)
 
     def _on_log(self, message: Any, now_us: int) -> None:
-        self._logs.handle(message, now_us, armed=self._channel.armed)
+        self._logs.handle(message, now_us)
+
+    def _erase(self) -> None:
+        self._channel.ask(EraseLogs(), 0, self._erasing.add)
+
+    def reply(self, request_id: int, reply: Reply, now_us: int) -> bool:
+        if request_id in self._erasing:
+            self._erasing.discard(request_id)
+            self._logs.erase_answered()
+        return False
