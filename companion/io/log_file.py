@@ -195,6 +195,8 @@ class LogFile:
         self._header_due = False
 
     def _open(self, sync: bool) -> None:
+        if not self.path.parent.exists():
+            make_run_folder(self.path.parent)  # or the reason would be that it is missing, and not why
         self._fd = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, FILE_MODE)
         if sync:
             sync_folder(self.path.parent)  # or a power cut may leave no name for the bytes

@@ -324,6 +324,31 @@ def test_an_unwritable_place_is_a_text_and_no_exception(tmp_path):
     assert not recorder.healthy
 
 
+def test_a_place_where_nobody_may_write_is_told_as_that(tmp_path, monkeypatch):
+    """ "No such file or directory" was told of each file: the folder that could not be made was missing."""
+    real, base = os.mkdir, tmp_path / "runs"
+    base.mkdir()
+
+    def refuse(path, *more, **options):
+        if Path(path).is_relative_to(base):
+            raise PermissionError(13, "Permission denied", str(path))
+        return real(path, *more, **options)
+
+    monkeypatch.setattr(os, "mkdir", refuse)
+    recorder = Recorder(base / "now", free_floor_mb=0)
+    for tick in range(100):
+        recorder.tick(snapshot(tick))
+    texts = [text for _, text in recorder.drain_texts()]
+    assert "Recorder: control.csv: Permission denied" in texts
+    assert not [text for text in texts if "No such file" in text]
+    monkeypatch.undo()
+    for tick in range(100, 1_000):
+        recorder.tick(snapshot(tick))
+    recorder.close(50_000_000)
+    assert (base / "now" / "control.csv").stat().st_size > 0, "and once it may be written, it is"
+    assert (base / "now").stat().st_mode & 0o777 == 0o750
+
+
 def test_parts_rotate_and_the_oldest_go(tmp_path):
     recorder = Recorder(tmp_path, max_mb=1)
     for tick in range(20_000):
