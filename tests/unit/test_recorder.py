@@ -349,6 +349,24 @@ def test_a_place_where_nobody_may_write_is_told_as_that(tmp_path, monkeypatch):
     assert (base / "now").stat().st_mode & 0o777 == 0o750
 
 
+@pytest.mark.parametrize(
+    ("ahead_s", "told"),
+    [(0.9, []), (90.0, ["90 s"]), (3_600.0, ["60 min"]), (7_300.0, ["2 h"]), (86_400.0 * 7_300, ["7300 days"])],
+)
+def test_a_clock_that_was_ahead_and_comes_back_is_told_once_each_time(tmp_path, ahead_s, told):
+    """The log's stamps stay ahead to the end of the run, and nobody knew."""
+    utc_us = [EARLIEST_UTC_US]
+    recording = Recording(Recorder(tmp_path, free_floor_mb=0), lambda: utc_us[0])
+    for step in range(40):
+        now_us = step * 50_000
+        utc_us[0] = EARLIEST_UTC_US + 10**9 + now_us + (round(ahead_s * 1e6) if 10 <= step < 20 else 0)
+        recording.begin("tick", now_us)
+    recording.close(2_000_000)
+    assert [text for _, text in recording.drain_texts()] == [
+        f"Recorder: clock set back by {each}: times in mavlink.tlog run on ahead of it in this run" for each in told
+    ]
+
+
 def test_parts_rotate_and_the_oldest_go(tmp_path):
     recorder = Recorder(tmp_path, max_mb=1)
     for tick in range(20_000):

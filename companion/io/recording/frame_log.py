@@ -59,17 +59,21 @@ class FrameClock:
     from where it was: every program that reads a log takes its stamps for growing.
     """
 
-    __slots__ = ("_now_us", "stamp_us")
+    __slots__ = ("_now_us", "ahead_us", "stamp_us")
 
     def __init__(self) -> None:
         self.stamp_us = 0
         """Microseconds since 1970."""
+        self.ahead_us = 0
+        """By how much the log's time runs ahead of a clock that was set back; 0 = they go together."""
         self._now_us = 0
 
     def move(self, utc_us: int | None, now_us: int) -> None:
         """Go to a step: ``utc_us`` by the computer's calendar (None = it has none), ``now_us`` by the loop's clock."""
         wanted_us = EARLIEST_UTC_US + now_us if utc_us is None else utc_us
         passed_us = max(0, now_us - self._now_us)
-        if wanted_us < self.stamp_us - _WAITED_FOR_US:
+        ahead_us = self.stamp_us - wanted_us
+        self.ahead_us = ahead_us if ahead_us > _WAITED_FOR_US else 0
+        if self.ahead_us:
             wanted_us = self.stamp_us + passed_us
         self._now_us, self.stamp_us = now_us, max(self.stamp_us, wanted_us)

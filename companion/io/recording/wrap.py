@@ -15,7 +15,7 @@ import json
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.language.requests import RequestBody
@@ -33,6 +33,9 @@ from .input_recorder import RecordingLink, RecordingStore, RecordingWitness
 from .inputs import StepKind
 from .log_archive import AnyArchive, RecordingArchive
 from .recorder import Recorder
+
+_UNITS: Final = ((86_400.0, "days"), (3_600.0, "h"), (60.0, "min"), (1.0, "s"))
+"""In which a person thinks of a clock that was wrong: the largest of which there are two."""
 
 
 class Recording:
@@ -83,13 +86,20 @@ class Recording:
 
     def begin(self, kind: StepKind, now_us: int, *, load: float = 0.0, late_s: float = 0.0) -> None:
         """Open a step; ``app`` does this by itself."""
-        utc_us = self._utc_us()
+        utc_us, was_ahead = self._utc_us(), self._clock.ahead_us
         self._clock.move(utc_us, now_us)
+        if self._clock.ahead_us and not was_ahead:
+            self._tell_set_back(self._clock.ahead_us * 1e-6)
         self._inputs.begin(kind, now_us, utc_us=utc_us, load=load, late_s=late_s)
         if self._submitted:
             for text in self._submitted:
                 self._inputs.submitted(text)
             self._submitted.clear()
+
+    def _tell_set_back(self, by_s: float) -> None:
+        unit_s, unit = next((found for found in _UNITS if by_s >= 2.0 * found[0]), _UNITS[-1])
+        told = f"clock set back by {by_s / unit_s:.0f} {unit}: times in mavlink.tlog run on ahead of it in this run"
+        self.recorder.tell(Severity.WARNING, f"Recorder: {told}")
 
     def submitted(self, body: RequestBody, station: Station | None = None) -> None:
         """Note a request that did not come over a link; it belongs to the next step."""
