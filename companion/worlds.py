@@ -18,6 +18,7 @@ from .io.keeping.content import StoredRow, rows_of
 from .io.keeping.file import make_new
 from .io.keeping.look import look
 from .io.keeping.mark import WorldKind, marks, new_vessel_id
+from .io.log_file import make_own_folder
 from .io.recording.about import AboutError, read_about
 from .io.writer import Writer
 from .settings import ConfigError, Settings
@@ -108,7 +109,7 @@ def simulated_store(path: Path | None, content: StoreContent, writer: Writer | N
     else:
         rows = [StoredRow(section, key, body) for (section, key), body in rows_of(content).items() if section != "meta"]
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
+            make_own_folder(path.parent)
             make_new(path, [*marks(WorldKind.SIMULATED, content.vessel or new_vessel_id()), *rows])
         except Exception:
             return Store(path, writer, world=WorldKind.SIMULATED)  # it tells why it cannot be written

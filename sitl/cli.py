@@ -21,7 +21,7 @@ from companion.configuration import link_mistakes, mistakes_of, radio_key_mistak
 from companion.doors import gateway_doors, served_doors, vessel_doors
 from companion.gateway import Gateway
 from companion.io.clock import Clock, ManualClock, SystemClock
-from companion.io.log_file import make_run_folder
+from companion.io.log_file import make_own_folder
 from companion.io.loop import LoopApp, StopFlag, run
 from companion.io.recording import new_run_dir
 from companion.settings import ConfigError, load, load_vessel
@@ -84,7 +84,7 @@ def command(arguments: argparse.Namespace) -> int:
     settings = at_speed(apart(boat, arguments.set), speed)
     run_dir = arguments.run_dir or new_run_dir(Path(settings.record.directory))
     check_run_dir(run_dir, boat.record.directory)
-    make_run_folder(run_dir)
+    make_own_folder(run_dir)
     if arguments.gateway:
         settings = with_gateway(settings, run_dir)
     stop = StopFlag().install()

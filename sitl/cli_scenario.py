@@ -15,7 +15,7 @@ from typing import Any
 
 import config as shipped
 from companion.commands.progress import ProgressLine
-from companion.io.log_file import make_run_folder
+from companion.io.log_file import make_own_folder
 from companion.io.whole_file import write_whole
 from companion.settings import ConfigError
 
@@ -64,7 +64,7 @@ def command(arguments: argparse.Namespace) -> int:
     base: Path = arguments.config
     scenario = read_scenario(arguments.scenario, base=base, overrides=tuple(overrides))
     if arguments.run_dir is not None:
-        make_run_folder(arguments.run_dir)
+        make_own_folder(arguments.run_dir)
     began = time.monotonic()
     with ProgressLine("simulating", scenario.text.scenario.duration_s) as shown:
         outcome = run(scenario, seed=arguments.seed, run_dir=arguments.run_dir, watch=shown.at)

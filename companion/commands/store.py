@@ -17,6 +17,7 @@ from ..io.keeping.file import make_new
 from ..io.keeping.look import look
 from ..io.keeping.mark import WorldKind, marks, new_vessel_id, settle
 from ..io.keeping.store import check, migrate, read_entries, write_entries
+from ..io.log_file import make_own_folder
 from ..io.recording.recorder import write_json
 from ..settings import ConfigError
 from .outputs import may_write
@@ -149,7 +150,7 @@ def write_store(path: Path, entries: Iterable[StoredRow]) -> bool:
     Raises ConfigError when the file is no store.
     """
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_own_folder(path.parent)
         if not path.exists():
             make_new(path, marks(WorldKind.REAL, new_vessel_id()))
         with contextlib.closing(sqlite3.connect(path, timeout=1.0, isolation_level=None)) as connection:

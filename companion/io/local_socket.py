@@ -14,6 +14,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
+from .log_file import make_own_folder
+
 PEERS_MAX: Final = 8
 """Terminals and the page's server; each new one costs the vessel a message every quarter of a second."""
 _SEND_BUFFER: Final = 8192
@@ -93,7 +95,7 @@ class LocalServer:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.peers: list[LocalPeer] = []
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_own_folder(path.parent)
         with _place(path) as place:
             _clear(place, path)
             self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_NONBLOCK)

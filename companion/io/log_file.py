@@ -24,7 +24,7 @@ MAX_BUFFER: Final = 8 << 20
 EAGER_FLUSH: Final = 256 << 10
 FILE_MODE: Final = 0o640
 FOLDER_MODE: Final = 0o750
-"""A run tells where a boat goes, and who commands it: its owner's and his group's affair, not every account's of the computer."""
+"""Runs and stores tell where a boat goes and who commands it: its owner's and his group's affair, not every account's of the computer."""
 ENDS_HERE: Final = "it ends here, a replay goes no further"
 
 
@@ -35,8 +35,8 @@ def parts_of(path: Path) -> list[Path]:
     return [part for part in (path, *(part for _, part in sorted(found))) if part.is_file()]
 
 
-def make_run_folder(folder: Path) -> None:
-    """Make the folder of a run, unless it is there. Raises OSError."""
+def make_own_folder(folder: Path) -> None:
+    """Make the folder of a run or a store, unless it is there. Raises OSError."""
     folder.mkdir(mode=FOLDER_MODE, parents=True, exist_ok=True)
 
 
@@ -196,7 +196,7 @@ class LogFile:
 
     def _open(self, sync: bool) -> None:
         if not self.path.parent.exists():
-            make_run_folder(self.path.parent)  # or the reason would be that it is missing, and not why
+            make_own_folder(self.path.parent)  # or the reason would be that it is missing, and not why
         self._fd = os.open(self.path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, FILE_MODE)
         if sync:
             sync_folder(self.path.parent)  # or a power cut may leave no name for the bytes

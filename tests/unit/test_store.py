@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 import sqlite3
 import time
 from dataclasses import replace
@@ -85,6 +86,39 @@ def finish(store: Store, count: int) -> list[Completion]:
         done += [item for item in store.completions() if item.ticket]
         time.sleep(0.001)
     return done
+
+
+def modes(folder):
+    return {path.name: path.stat().st_mode & 0o777 for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize("mask", [0o022, 0o000, 0o077])
+def test_a_store_is_its_owners_and_his_groups(tmp_path, mask):
+    """Places, plans and time stamps stood open to every account of the computer."""
+    path = tmp_path / "state" / "companion.db"
+    before = os.umask(mask)
+    try:
+        store = Store(path)
+        store.submit(SaveParam("DEPTH_MIN", 1.0))
+        assert modes(path.parent) == dict.fromkeys(
+            ("companion.db", "companion.db-wal", "companion.db-shm"), 0o640 & ~mask
+        )
+        store.close()
+    finally:
+        os.umask(before)
+    assert path.parent.stat().st_mode & 0o777 == 0o750 & ~mask
+
+
+def test_a_store_that_an_earlier_version_left_open_is_closed_at_the_next_start(tmp_path):
+    path = tmp_path / "companion.db"
+    store = Store(path)
+    store.submit(SaveParam("DEPTH_MIN", 1.0))
+    store.close()
+    path.chmod(0o644)
+    again = Store(path)
+    assert set(modes(tmp_path).values()) == {0o640}
+    assert again.snapshot().params == {"DEPTH_MIN": 1.0}
+    again.close()
 
 
 def fill(path, ops=OPS):

@@ -190,6 +190,7 @@ def test_a_run_beside_a_simulated_world_keeps_apart_too(boat, no_waiting):
     (run_dir,) = (boat / "runs-sim").iterdir()
     assert look(run_dir / "companion.db").content.world == "simulated"
     assert json.loads((run_dir / "run.json").read_text())["world_kind"] == "simulated"
+    assert run_dir.stat().st_mode & 0o777 == 0o750
 
 
 @pytest.mark.parametrize(("answer", "plans"), [("--yes", 3), ("--forget", 0)])

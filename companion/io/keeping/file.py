@@ -6,12 +6,13 @@ import contextlib
 import json
 import os
 import sqlite3
+import stat
 import zlib
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, Final
 
-from ..log_file import sync_folder
+from ..log_file import FILE_MODE, sync_folder
 from .content import StoredRow
 
 MIGRATIONS: Final[tuple[str, ...]] = (
@@ -171,7 +172,17 @@ def make_new(path: Path, entries: Iterable[StoredRow]) -> None:
     sync_folder(path.parent)
 
 
+def keep_private(path: Path) -> None:
+    """Take a store that everybody may read from others: an earlier version made it so. What cannot be changed stays."""
+    for each in _with_journals(path, "-wal", "-shm"):
+        with contextlib.suppress(OSError):
+            mode = stat.S_IMODE(each.stat().st_mode)
+            if mode & ~FILE_MODE:
+                each.chmod(mode & FILE_MODE)
+
+
 def _make(path: Path, entries: Iterable[StoredRow]) -> None:
+    os.close(os.open(path, os.O_WRONLY | os.O_CREAT, FILE_MODE))  # SQLite's journals take it over
     with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as connection:
         connection.execute("PRAGMA synchronous=FULL")
         migrate(connection)

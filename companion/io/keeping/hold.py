@@ -14,6 +14,8 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
+from ..log_file import make_own_folder
+
 _TOLD_BYTES: Final = 200
 """More than a process and its time take; whatever else lies there is not shown."""
 
@@ -41,7 +43,7 @@ def _opened(path: Path) -> int | None:
     if sys.platform == "win32":  # a gateway's; two on one store are not told apart there
         return None
     with contextlib.suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_own_folder(path.parent)
         return os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
     with contextlib.suppress(OSError):
         return os.open(path, os.O_RDONLY | os.O_CLOEXEC)  # of another user

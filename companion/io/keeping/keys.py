@@ -9,7 +9,7 @@ import secrets
 from pathlib import Path
 from typing import Final
 
-from ..log_file import sync_folder
+from ..log_file import make_own_folder, sync_folder
 
 KEY_BYTES: Final = 32
 
@@ -52,7 +52,7 @@ def write_key(path: Path, key: bytes, *, replace: bool = False) -> None:
         )
     temporary = path.with_name(f".{path.name}.new")
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_own_folder(path.parent)
         with contextlib.suppress(FileNotFoundError):
             temporary.unlink()
         fd = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)

@@ -10,6 +10,7 @@ import sqlite3
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from ..log_file import make_own_folder
 from .content import SaveRecord, StoredRow, apply_entries, entries_of
 from .file import (
     DAMAGE,
@@ -21,6 +22,7 @@ from .file import (
     free_name,
     is_of_the_disk,
     is_strange,
+    keep_private,
     make_new,
     migrate,
     move_aside,
@@ -53,7 +55,7 @@ def open_store(path: Path, world: WorldKind, *, again: bool = False) -> OpenedSt
     """Open for writing, or read what can be read. ``again``: while the vessel runs; another world's file is then left where it is."""
     texts: list[str] = []
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_own_folder(path.parent)
         finish_replacing(path)
         connection, rows = _open_writable(path, world, texts)
         return OpenedStore(connection, rows, texts, "")
@@ -85,6 +87,7 @@ def _open_writable(path: Path, world: WorldKind, texts: list[str]) -> tuple[sqli
         if version == len(MIGRATIONS) and not found:
             texts.append(f"Store {path.name} was emptied: it holds nothing of earlier runs")
         changes, told = settle(found, world)
+        keep_private(path)
         if changes:
             write_entries(connection, changes)
             apply_entries(found, changes)

@@ -20,7 +20,7 @@ from mavlink_bridge.language.messages import ActuatorDemand, EstimatedState, Sev
 from mavlink_bridge.language.snapshot import Snapshot
 from mavlink_bridge.language.traffic import NO_TRAFFIC
 
-from ..log_file import CLOSE_WAIT_S, EAGER_FLUSH, FILE_MODE, LogFile, make_run_folder, sync_folder
+from ..log_file import CLOSE_WAIT_S, EAGER_FLUSH, FILE_MODE, LogFile, make_own_folder, sync_folder
 from ..whole_file import whole_file
 from ..writer import Writer
 from . import digests
@@ -85,7 +85,7 @@ class Recorder:
         self._low_found = False
         self._gone_found = False
         with self._guarded():
-            make_run_folder(run_dir)
+            make_own_folder(run_dir)
             set_aside(run_dir)
             write_json(run_dir / "run.json", self._about)
         self._hold = hold(run_dir)
@@ -208,7 +208,7 @@ class Recorder:
         for file in self._files:
             lost |= file.begin_again()
         if lost:
-            make_run_folder(self.run_dir)
+            make_own_folder(self.run_dir)
             write_json(about, self._about)
             self._gone_found = True
             if self._hold is not None:
@@ -258,7 +258,7 @@ def set_aside(run_dir: Path) -> None:
     number = 1
     while (place := run_dir / f"earlier-{number}").exists():
         number += 1
-    make_run_folder(place)
+    make_own_folder(place)
     for path in found:
         path.rename(place / path.name)
 
