@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import math
 
-from .conftest import Voyage
+import pytest
+
+from mavlink_bridge.language.requests import Arm, PlanItem, PlanKind, StartPlan
+
+from .conftest import JUMP, WAYPOINT, Voyage
 
 LAST_M = (40.0, 20.0)
 
@@ -39,3 +43,42 @@ def test_a_vessel_stays_at_the_last_point_of_its_plan(voyage):
     trip = ended(voyage)
     trip.run(60.0)
     assert off_m(trip) < 0.6
+
+
+HERE_M = (15.0, 0.0)
+RETURN = 20
+
+
+def item(command: int, *params: float, at: tuple[int, int] = (0, 0)) -> PlanItem:
+    return PlanItem(command, 3 if any(at) else 2, *(*params, 0.0, 0.0, 0.0, 0.0)[:4], *at, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("east_m", "repeats"),
+    [((0.0,), -1), ((0.0, 0.0), -1), ((0.0, 0.0), 200)],
+    ids=["one point", "two equal", "two hundred times"],
+)
+def test_a_plan_that_jumps_back_to_where_the_boat_is_keeps_her_there(voyage, east_m, repeats):
+    """'Stay here' as ArduPilot's users write it. A leg of no length pointed north: she sailed there until the battery ended it."""
+    trip = voyage("depth.enabled=false", "world.water.current_mps=0.3", "world.water.current_to_deg=90")
+    items = [item(WAYPOINT, at=trip.at(HERE_M[0], HERE_M[1] + east)) for east in east_m]
+    assert trip.upload(PlanKind.MISSION, [*items, item(JUMP, 0.0, repeats)]).reason == ""
+    assert [trip.ask(body).reason for body in (Arm(arm=True), StartPlan(0))] == ["", ""]
+    trip.run(40.0)
+    began, farthest_m = len(trip.texts), 0.0
+    while trip.now_s < 150.0:
+        trip.step()
+        farthest_m = max(farthest_m, math.dist((trip.truth.north_m, trip.truth.east_m), HERE_M))
+    assert farthest_m < 2.0
+    assert trip.texts[began:] == []
+
+
+def test_a_way_home_in_a_loop_ends_at_home(voyage):
+    trip = voyage("depth.enabled=false")
+    items = [item(WAYPOINT, at=trip.at(*HERE_M)), item(RETURN), item(JUMP, 1.0, -1.0)]
+    assert trip.upload(PlanKind.MISSION, items).reason == ""
+    assert [trip.ask(body).reason for body in (Arm(arm=True), StartPlan(0))] == ["", ""]
+    trip.run(90.0)
+    for _ in range(40):
+        trip.run(1.0)
+        assert trip.distance_m < 1.5

@@ -252,3 +252,20 @@ def test_a_leg_that_begins_at_its_own_end_goes_on_to_the_next(off_m):
     guidance = begun(first, state(-off_m), previous=here, following=onward)
     output = guidance.step(0, 0.05, state(-off_m), 1.5)
     assert output.desired.psi_rad is not None
+
+
+def test_a_leg_of_no_length_is_no_leg_north():
+    """At its point the boat stays there, beyond it she goes back to it, and on the way to another she goes there."""
+    point, previous = goto(0.0, 0.0), FRAME.to_geodetic(0.0, 0.0)
+    where = state(1.0, 0.0, 90.0, 0.0)
+    output = begun(point, where, previous=previous).step(0, 0.05, where, 1.5)
+    assert output.arrived
+    assert not output.desired.speed_mps
+    where = state(8.0, 0.0, 180.0, 1.0)
+    output = begun(point, where, previous=previous).step(0, 0.05, where, 1.5)
+    assert not output.arrived
+    assert abs(output.desired.psi_rad) == pytest.approx(math.pi, abs=0.1)
+    where = state(0.0, 0.0, 90.0, 1.0)
+    output = begun(point, where, previous=previous, following=goto(0.0, 50.0)).step(0, 0.05, where, 1.5)
+    assert output.arrived
+    assert output.desired.psi_rad == pytest.approx(0.5 * math.pi, abs=0.1)

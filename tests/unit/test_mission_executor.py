@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import pytest
 from hypothesis import given, settings, strategies as st
 
 from companion.core.vehicle.mission import ANOTHER, BEGINS_ANEW, GOES_ON, Leg, Mission
@@ -120,7 +121,7 @@ def test_turns_end_a_loiter_and_an_unlimited_one_never_ends() -> None:
 
 
 def test_jumps_are_counted_and_then_passed() -> None:
-    made = mission(point(0), Jump(1, 0, 2), point(2, 90))
+    made = mission(point(0), point(1, 90), Jump(2, 0, 2), point(3, 200))
     sailed = []
     for second in range(10):
         leg = leg_of(made, second)
@@ -128,7 +129,24 @@ def test_jumps_are_counted_and_then_passed() -> None:
             break
         sailed.append(leg.maneuver.seq)
         finish(made, second + 0.5)
-    assert sailed == [0, 0, 0, 2]
+    assert sailed == [0, 1, 0, 1, 0, 1, 3]
+
+
+@pytest.mark.parametrize("repeats", [-1, 200])
+@pytest.mark.parametrize("apart_m", [None, 0.0, 1.0], ids=["one point", "two equal", "two near"])
+def test_a_jump_back_to_the_same_place_stays_there_and_goes_round_once_a_second(
+    apart_m: float | None, repeats: int
+) -> None:
+    """Gone round at each tick, a link's whole rate would be items that were reached."""
+    points = (point(0),) if apart_m is None else (point(0), point(1, 50 + apart_m))
+    made = mission(*points, Jump(len(points), 0, repeats))
+    for tick in range(100 * 20):
+        leg = leg_of(made, tick / 20)
+        assert leg is not None
+        finish(made, tick / 20)
+    reached = made.drain()[0]
+    assert 90 * len(points) < len(reached) < 102 * len(points)
+    assert list(made.drain_texts()) == []
 
 
 @given(st.lists(st.tuples(st.integers(0, 5), st.integers(-1, 3)), min_size=1, max_size=6))

@@ -54,6 +54,8 @@ class GuidanceConfig(Config):
     station: StationConfig = Field(default_factory=StationConfig)
 
 
+_LEAST_LEG_M = 0.5
+"""A shorter leg has no direction: that of two points so near is their receivers' noise."""
 _TOO_FAST = "the water is faster than the vessel"
 _CARRIED_MPS = 0.3
 """Speed over ground from which water that seems too fast is believed: it would carry the vessel away. One that stays where
@@ -88,7 +90,7 @@ class Guidance:
         self._track: Chain | None = None
         self._onward: NorthEast | None = None
         self._eight: tuple[float, float, float] | None = None
-        self._goal_m = math.inf
+        self._goal_m, self._reach_m = math.inf, 0.0
         self._end_mps: float | None = None
         self._arrived = self._on_path = self._slowed = self._holds = False
         self._last_run_m: float | None = None
@@ -202,7 +204,10 @@ class Guidance:
         onward: NorthEast | None,
     ) -> None:
         here = NorthEast((state.x_m or 0.0, state.y_m or 0.0))
+        self._reach_m = maneuver.acceptance_m or self._acceptance_m
         entry = corner[1] if corner and start and math.dist(corner[0], start) < 0.01 else None
+        if start and math.dist(start, self._target) < _LEAST_LEG_M:
+            start = entry = None
         begin = entry.point(entry.length_m) if entry else start or here
         segments: list[Line | Arc] = [entry] if entry else []
         arc = None
@@ -211,12 +216,13 @@ class Guidance:
             cut_m = self._config.corner_cut_m
             arc = self.follower.corner(begin, self._target, onward, cut_m=cut_m, reach_m=reach)
         if arc is None:
-            segments.append(Line(begin, self._target))
+            self._arrived = max(math.dist(place, self._target) for place in (here, begin)) <= self._reach_m
+            segments.append(Line(begin, (self._arrived and onward) or self._target))
             self._goal_m = math.fsum(segment.length_m for segment in segments)
             through = following is not None and maneuver.hold_s <= 0.0 and not _stops(following)
             self._end_mps = None if through else 0.0
-            if through and onward:
-                self._end_mps = None if straight_on(begin, self._target, onward) else 0.3
+            if through and onward and not (self._arrived or straight_on(begin, self._target, onward)):
+                self._end_mps = 0.3
         else:
             segments += [Line(begin, arc.point(0.0)), arc]
             self._goal_m = math.fsum(segment.length_m for segment in segments) - 0.5 * arc.length_m
@@ -281,10 +287,8 @@ class Guidance:
         self._on_path = self._on_path or near
         self._holds = self._on_path or distance < self._station.reach_m
         maneuver = self._maneuver
-        lat_rad = None if maneuver is None else maneuver.lat_rad
-        lon_rad = None if maneuver is None else maneuver.lon_rad
+        lat_rad, lon_rad = (None, None) if maneuver is None else (maneuver.lat_rad, maneuver.lon_rad)
         path = PathControlState(
-            cross_track_m=None,
             distance_m=distance,
             target_bearing_rad=self._bearing(state),
             target_lat_rad=lat_rad,
@@ -323,17 +327,15 @@ class Guidance:
 
     def _progress_of_leg(self, track: Chain, here: Projection, state: EstimatedState) -> PathControlState:
         """Arrival by radius or by passing abeam."""
-        maneuver, target = self._maneuver, self._target
+        maneuver = self._maneuver
         assert isinstance(maneuver, Goto)
-        distance = math.hypot((state.x_m or 0.0) - target[0], (state.y_m or 0.0) - target[1])
+        distance = math.dist((state.x_m or 0.0, state.y_m or 0.0), self._target)
         if not self._arrived:
-            radius = maneuver.acceptance_m or self._acceptance_m
-            passed = track.run_m + here.along_m >= self._goal_m
-            self._arrived = passed or (self._corner is None and distance <= radius)
-        cross = here.cross_m
-        on_path = -self._acceptance_m < cross < self._acceptance_m
+            near = self._corner is None and distance <= self._reach_m
+            self._arrived = near or track.run_m + here.along_m >= self._goal_m
+        on_path = -self._acceptance_m < here.cross_m < self._acceptance_m
         return PathControlState(
-            cross_track_m=cross,
+            cross_track_m=here.cross_m,
             distance_m=distance,
             target_bearing_rad=self._bearing(state),
             target_lat_rad=maneuver.lat_rad,

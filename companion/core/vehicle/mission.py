@@ -8,7 +8,7 @@ is ended by a cap, so that no plan hangs for ever.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Protocol
 
 from mavlink_bridge.language.figures import Hover
@@ -70,6 +70,10 @@ _MISSED_S: Final = 3_600.0
 """A time of day that is past by less was meant for today; by more, for tomorrow."""
 _EXIT_RAD: Final = 0.15
 """A circle is left where it points to the next item within 9 degrees: the corner that is left over is sailed in a moment."""
+_SAME_PLACE_M: Final = 1.5
+"""Two points nearer together than this are one place: less than a vessel comes near to either by default."""
+_STAY_S: Final = 1.0
+"""Each time that a jump leads back to where the vessel is: a loop without way is station keeping, and fills no link with its items."""
 
 
 BEGINS_ANEW: Final = "the new plan begins at its first item: what comes before the current one is another"
@@ -98,6 +102,8 @@ class Mission:
         self._leg: Leg | None = None
         self._generation = 0
         self._jumps: dict[int, int] = {}
+        self._has_jumped = False
+        """A jump led to the item that comes next."""
         self._speed_mps: float | None = None
         self._begun_us: int | None = None
         self._until_us: int | None = None
@@ -288,7 +294,7 @@ class Mission:
             done = self._jumps.get(item.seq, 0)
             if item.repeats < 0 or done < item.repeats:
                 self._jumps[item.seq] = done + 1
-                self.seq = item.target_seq
+                self.seq, self._has_jumped = item.target_seq, True
                 return
             self._jumps[item.seq] = 0
         elif isinstance(item, ChangeSpeed):
@@ -316,6 +322,9 @@ class Mission:
 
     def _begin(self, now_us: int, state: EstimatedState, maneuver: Goto | Loiter) -> None:
         self._generation += 1
+        if isinstance(maneuver, Goto) and self._comes_back_to(maneuver):
+            maneuver = replace(maneuver, hold_s=max(maneuver.hold_s, _STAY_S))
+        self._has_jumped = False
         speed = maneuver.speed_mps or self.speed_mps
         self._leg = Leg(self._generation, maneuver, self._sailed_to, self._following(), speed)
         self._begun_us, self._on_path_us, self._arrived_us = now_us, None, None
@@ -324,6 +333,11 @@ class Mission:
         assert state.lon_rad is not None
         distance_m, _ = inverse(state.lat_rad, state.lon_rad, maneuver.lat_rad, maneuver.lon_rad)
         self._limit_s = self.config.approach_factor * distance_m / speed + self.config.approach_extra_s
+
+    def _comes_back_to(self, point: Goto) -> bool:
+        """Whether a jump has led to where the vessel has just been."""
+        there = self._sailed_to if self._has_jumped else None
+        return there is not None and inverse(*there, point.lat_rad, point.lon_rad)[0] < _SAME_PLACE_M
 
     def _following(self) -> Goto | Loiter | None:
         if self._last is not None and self.seq >= self._last:
