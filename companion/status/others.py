@@ -58,7 +58,8 @@ def others_of(picture: TrafficPicture, t_us: int) -> tuple[Other, ...]:
 
 def person_of(picture: TrafficPicture) -> str:
     """Where the nearest person is, in words; empty: none is known."""
-    return next((words.where(each) for each in picture.vessels if each.kind is VesselKind.PERSON), "")
+    unplaced = words.POSITION_UNKNOWN if picture.person else ""
+    return next((words.where(each) for each in picture.vessels if each.kind is VesselKind.PERSON), unplaced)
 
 
 def _is_near(vessel: OtherVessel, range_m: float) -> bool:

@@ -70,6 +70,11 @@ _BEACONS: Final = {970: "SART", 972: "MOB", 974: "EPIRB"}
 """First three digits of a number (ITU-R M.585), and what seamen call its sender."""
 
 
+def beacon_name(mmsi: int) -> str:
+    """What seamen call the distress beacon of a number."""
+    return _BEACONS.get(mmsi // 1_000_000, "beacon")
+
+
 @value
 class OtherVessel:
     """One other vessel, as known at a time."""
@@ -128,7 +133,7 @@ class OtherVessel:
         """What kind of distress beacon sends; empty for all others."""
         if self.kind not in (VesselKind.PERSON, VesselKind.BEACON_TEST):
             return ""
-        return _BEACONS.get(self.mmsi // 1_000_000, "beacon")
+        return beacon_name(self.mmsi)
 
 
 @value
@@ -145,7 +150,7 @@ class TrafficPicture:
     lost: bool = False
     """A vessel with risk has not been heard for three of her intervals."""
     person: bool = False
-    """A person's beacon is active."""
+    """A person's beacon is active; until it knows where it is, it is not among the vessels."""
     range_m: float = 2000.0
     """Vessels farther away are not shown as ADSB_VEHICLE."""
     as_adsb: bool = True

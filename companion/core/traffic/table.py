@@ -1,7 +1,8 @@
 """All that is heard, in one table: who, where, under which number; doubles, jumps, repeats and floods dealt with.
 
 One number may be two vessels, or one that seems to jump: both places are held until three reports in a row agree. A report that is
-heard twice, or sent on by a relay, never makes a track younger. At most 256 tracks: the farthest that opens goes first.
+heard twice, or sent on by a relay, never makes a track younger. At most 256 tracks: the farthest that opens goes first; one that is
+near goes after all that are far, and a person's beacon last of all.
 Tracks are ordered by number, then by age, so that a replay is bit for bit the same.
 """
 
@@ -21,6 +22,8 @@ from .track import Track, offset_m
 
 TRACKS_MAX: Final = 256
 """A crowded roadstead; more is a flood, and the far ones go."""
+_NEAR_M: Final = 2000.0
+"""From here a ship of 10 m/s is on us within the look-ahead: that her distance opens now is no reason to forget her."""
 _STATICS_MAX: Final = 512
 """Names come every six minutes, also of vessels that have no track yet."""
 _BELIEVED_AGE_S: Final = 10.0
@@ -161,12 +164,9 @@ class Table:
         return fresh
 
     def _make_room(self, fresh: JudgedTrack) -> bool:
-        """Drop the farthest that opens, else the farthest; False when the new one is farther than all."""
-        worst = max(
-            (entry for each in self._entries.values() for entry in each),
-            key=lambda entry: (entry.opening, entry.range_m),
-        )
-        if (fresh.opening, fresh.range_m) >= (worst.opening, worst.range_m) and not worst.opening:
+        """Drop who matters least; False when the new one matters no more."""
+        worst = max((entry for each in self._entries.values() for entry in each), key=_spared)
+        if _spared(fresh) >= _spared(worst):
             return False
         self.drop(worst)
         self.dropped += 1
@@ -203,9 +203,20 @@ class Table:
         """Whether a track has not been heard of for so long that it is none."""
         track = entry.track
         life_s = max(self.life_s, _LIFE_INTERVALS * track.interval_s())
-        if station_of(track.mmsi) in DISTRESS:
+        if is_beacon(track.mmsi):
             life_s = PERSON_LIFE_S
         return track.age_s(now_us) > life_s
+
+
+def is_beacon(mmsi: int) -> bool:
+    """Whether a number is that of a distress beacon."""
+    return station_of(mmsi) in DISTRESS
+
+
+def _spared(entry: JudgedTrack) -> tuple[bool, bool, bool, float]:
+    """The order in which tracks are given up in a flood: the greatest first."""
+    is_far = entry.range_m > _NEAR_M
+    return not is_beacon(entry.track.mmsi), is_far, is_far and entry.opening, entry.range_m
 
 
 def _when(report: PositionReport, now_us: int, utc_us: int | None) -> tuple[int, bool]:

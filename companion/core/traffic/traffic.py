@@ -15,17 +15,18 @@ from mavlink_bridge.language.messages import EstimatedState, Severity
 from mavlink_bridge.language.traffic import NO_TRAFFIC, Danger, OtherVessel, TrafficPicture, VesselKind
 from mavlink_bridge.language.units import wrap_pi
 
-from ..ais.identity import DISTRESS, MmsiKind, station_of
+from ..ais.identity import MmsiKind, station_of
 from ..ais.receiver import AisWord, ReceivedReport
 from ..ais.reports import AidToNavigation, PositionReport, SafetyText, StaticReport, StationClass
 from . import words
 from .aids import Aids
+from .beacons import Beacons
 from .config import TrafficConfig
 from .flags import TrafficFlags, flags_of
 from .health import ReceiverHealth
 from .judge import NO_DEALING, Dealing, Own, TrafficLook, look, own_of
 from .own import OwnNumbers
-from .table import JudgedTrack, Table
+from .table import JudgedTrack, Table, is_beacon
 from .track import Track
 from .words import Text
 
@@ -38,8 +39,6 @@ _TEXTS_US: Final = 10_000_000
 """After so many texts in this time only danger at hand is told: in a crowded anchorage words are noise."""
 _CLOSE_AGAIN_US: Final = 60_000_000
 """One danger is told once: who sways about the limit of close is not called close again before, unless she was past and clear."""
-_ACTIVE: Final = 14
-"""Navigational status of a beacon that is used in earnest."""
 _RANK: Final = {Danger.CLOSE: 0, Danger.RISK: 1, Danger.NONE: 2}
 
 
@@ -68,9 +67,7 @@ class Traffic:
         """What the failsafe warns of."""
         self._seen: dict[JudgedTrack, tuple[Dealing, OtherVessel, _Key]] = {}
         """What the last look at each gave, with her place in the picture's order."""
-        self._tests: dict[int, bool] = {}
-        self._told: dict[int, bool] = {}
-        """Beacons that were told of, and whether as a test."""
+        self.beacons = Beacons()
         self._texts: list[Text] = []
         self._spoken_us: list[int] = []
         self._changed = False
@@ -123,22 +120,33 @@ class Traffic:
             case AidToNavigation() as report:
                 self._texts += self.aids.take(report, item.t_us)
                 self._changed = True
-            case SafetyText() as report:
-                self._take_text(report)
+            case SafetyText() as report if is_beacon(report.mmsi):
+                self.beacons.take_text(report)
             case _:
                 pass  # a base station is no vessel and no mark
 
     def _take_position(self, report: PositionReport, now_us: int, own: Own | None, utc_us: int | None) -> None:
-        station = station_of(report.mmsi)
-        if not report.has_position or station in (MmsiKind.COAST, MmsiKind.GROUP, MmsiKind.AID):
+        if not report.has_position and is_beacon(report.mmsi):
+            self._take_unplaced(report, now_us)
+        if not report.has_position or station_of(report.mmsi) in (MmsiKind.COAST, MmsiKind.GROUP, MmsiKind.AID):
             return
-        if own is not None and station not in DISTRESS and self._compare(report, own, now_us):
+        if own is not None and not is_beacon(report.mmsi) and self._compare(report, own, now_us):
             self.table.forget_number(report.mmsi)
             text = f"AIS: MMSI {report.mmsi} moves with us, taken for our own transponder: set traffic.own_mmsi"
             self._texts.append((Severity.NOTICE, text))
             return
         place = None if own is None else (own.lat_rad, own.lon_rad)
         self.table.take_position(report, now_us, utc_us, place)
+
+    def _take_unplaced(self, report: PositionReport, now_us: int) -> None:
+        """Take a beacon's report without a position; where it was tested says nothing of where it is in earnest."""
+        known = [self.beacons.kind_of(entry.track.report) for entry in self.table.of(report.mmsi)]
+        if VesselKind.PERSON in known:
+            return
+        if self.beacons.kind_of(report) is VesselKind.PERSON:
+            self.table.forget_number(report.mmsi)
+        self._texts += self.beacons.take_unplaced(report, now_us)
+        self._changed = True
 
     def _compare(self, report: PositionReport, own: Own, now_us: int) -> bool:
         assert report.lat_rad is not None
@@ -150,12 +158,6 @@ class Traffic:
         # her report is a second or two old
         apart = max(0.0, math.hypot(north, east) - 2.0 * own.sog_mps), speed - own.sog_mps, off
         return self.own_numbers.compare(report.mmsi, apart, own.sog_mps, now_us)
-
-    def _take_text(self, report: SafetyText) -> None:
-        if station_of(report.mmsi) in DISTRESS:
-            self._tests[report.mmsi] = "TEST" in report.text.upper()
-            if len(self._tests) > 32:
-                del self._tests[next(iter(self._tests))]
 
     # ---- one tick
 
@@ -190,7 +192,7 @@ class Traffic:
             present = set(map(id, self.table))
             self._seen = {entry: seen for entry, seen in self._seen.items() if id(entry) in present}
             self._changed = True
-        if self.aids.expire(now_us):
+        if self.aids.expire(now_us) or self.beacons.expire(now_us):
             self._changed = True
         if self._changed:
             self._changed = False
@@ -223,6 +225,8 @@ class Traffic:
         if own is None:
             vessel = self._vessel(entry, kind, None, now_us)
             self._seen[entry] = before, vessel, _key(vessel)
+            if is_beacon(track.mmsi):
+                self._texts += self.beacons.tell(vessel)
             return
         static = self.table.static_of(track.mmsi)
         seen = look(before, track, static, own=own, now_us=now_us, config=self.config)
@@ -236,11 +240,8 @@ class Traffic:
             self._speak(words.lost(vessel, now_us), now_us)
 
     def _tell(self, entry: JudgedTrack, before: Dealing, vessel: OtherVessel, now_us: int) -> None:
-        if vessel.kind in (VesselKind.PERSON, VesselKind.BEACON_TEST):
-            test = vessel.kind is VesselKind.BEACON_TEST
-            if self._told.get(vessel.mmsi) is not test:
-                self._told[vessel.mmsi] = test
-                self._texts.append(words.beacon(vessel, test=test))
+        if is_beacon(vessel.mmsi):
+            self._texts += self.beacons.tell(vessel)
             return
         text = words.change(before.danger, vessel)
         if text is None or (vessel.danger is Danger.CLOSE and now_us < entry.close_again_us):
@@ -258,9 +259,8 @@ class Traffic:
 
     def _kind(self, track: Track) -> VesselKind:
         report = track.report
-        if station_of(track.mmsi) in DISTRESS:
-            test = self._tests.get(track.mmsi, report.status != _ACTIVE)
-            return VesselKind.BEACON_TEST if test else VesselKind.PERSON
+        if is_beacon(track.mmsi):
+            return self.beacons.kind_of(report)
         match report.sent:
             case StationClass.CLASS_A:
                 return VesselKind.CLASS_A
@@ -333,7 +333,7 @@ class Traffic:
             silent=self.health.silent,
             close=any(vessel.danger is Danger.CLOSE for vessel in vessels),
             lost=lost,
-            person=any(vessel.kind is VesselKind.PERSON for vessel in vessels),
+            person=any(vessel.kind is VesselKind.PERSON for vessel in vessels) or self.beacons.are_unplaced,
             range_m=self.config.shown_range_m,
             as_adsb=self.config.show_as_adsb,
         )

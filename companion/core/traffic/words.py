@@ -14,6 +14,8 @@ from .sectors import Duty, duty_of
 Text = tuple[Severity, str]
 _NAME_MAX: Final = 20
 """As long as AIS gives names."""
+POSITION_UNKNOWN: Final = "position unknown"
+"""Of a beacon that does not know where it is: its first minutes are so."""
 _AWAY: Final = "going away, not yet clear"
 _NOW_S: Final = 0.5
 """What would be told as in 0 s."""
@@ -120,13 +122,6 @@ def change(before: Danger, vessel: OtherVessel) -> Text | None:
             assert_never(danger)
 
 
-def beacon(vessel: OtherVessel, *, test: bool) -> Text:
-    """A beacon of a person, a liferaft or a vessel in distress."""
-    if test:
-        return Severity.NOTICE, f"{vessel.beacon} beacon {vessel.mmsi} in test: {where(vessel)}"
-    return Severity.ALERT, f"{vessel.beacon} beacon {vessel.mmsi}: {where(vessel)}"
-
-
 def person(vessel: OtherVessel) -> str:
     """The headline of a person's beacon."""
     return f"PERSON IN THE WATER {where(vessel)}, {vessel.beacon} beacon {vessel.mmsi}"
@@ -135,5 +130,5 @@ def person(vessel: OtherVessel) -> str:
 def where(vessel: OtherVessel) -> str:
     """How far off and in which direction."""
     if vessel.range_m is None or vessel.bearing_rad is None:
-        return "position unknown here"
+        return f"{POSITION_UNKNOWN} here"
     return f"{vessel.range_m:.0f} m {wind_of(vessel.bearing_rad)}"

@@ -1,0 +1,104 @@
+"""Persons' beacons: told at once and for what they are, and never given up for ships."""
+
+from __future__ import annotations
+
+import math
+
+from companion.core.traffic.table import TRACKS_MAX
+from companion.status.others import person_of
+from mavlink_bridge.language.traffic import VesselKind
+from sitl.traffic import encoder
+from tests.traffic_rig import Sea
+
+
+def position(mmsi: int, sea: Sea, north_m: float) -> bytes:
+    """A report of a vessel at rest."""
+    report = encoder.StationReport(mmsi, *sea.frame.to_geodetic(north_m, 0.0), int(sea.time_s) % 60)
+    return encoder.sentences(report.class_a(), 0)
+
+
+def beacon(sea: Sea, mmsi: int, north_m: float, status: int, *, placed: bool = True) -> bytes:
+    """A report of a distress beacon; without a fix it sends 91 and 181 degrees."""
+    place = sea.frame.to_geodetic(north_m, 0.0) if placed else (math.radians(91.0), math.radians(181.0))
+    report = encoder.StationReport(mmsi, *place, int(sea.time_s) % 60 if placed else 63)
+    report.status = status
+    return encoder.sentences(report.class_a(), 0)
+
+
+def test_a_beacon_that_was_tested_is_a_person_when_it_is_used_in_earnest() -> None:
+    """Its text comes each four minutes at best; the switch's own status is in each report."""
+    sea = Sea(own_mps=0.0)
+    sea.hear(beacon(sea, 972111222, 300.0, 15))
+    sea.hear(encoder.sentences(encoder.safety(972111222, "MOB TEST"), 0))
+    sea.run(60)
+    assert len(sea.texts) == 1
+    sea.hear(beacon(sea, 972111222, 300.0, 14))
+    sea.run(60)
+    sea.hear(beacon(sea, 972111222, 300.0, 14))
+    sea.run(3)
+    assert sea.picture.person
+    assert [(severity.name, text) for _, severity, text in sea.texts] == [
+        ("NOTICE", "MOB beacon 972111222 in test: 300 m north"),
+        ("ALERT", "MOB beacon 972111222: 300 m north"),
+    ]
+
+
+def test_a_person_whose_beacon_has_no_fix_yet_is_told_and_again_with_the_place() -> None:
+    sea = Sea(own_mps=0.0)
+    for _ in range(10):
+        sea.hear(beacon(sea, 972111222, 0.0, 14, placed=False))
+        sea.run(6)
+    assert sea.picture.person
+    assert sea.traffic.flags.person_in_water
+    assert person_of(sea.picture) == "position unknown"
+    sea.hear(beacon(sea, 972111222, 400.0, 14))
+    sea.run(3)
+    assert [(severity.name, text) for _, severity, text in sea.texts] == [
+        ("ALERT", "MOB beacon 972111222: position unknown"),
+        ("ALERT", "MOB beacon 972111222: 400 m north"),
+    ]
+    (person,) = sea.picture.vessels
+    assert person.kind is VesselKind.PERSON
+
+
+def test_where_a_beacon_was_tested_is_not_where_it_is_used() -> None:
+    sea = Sea(own_mps=0.0)
+    sea.hear(beacon(sea, 972111222, 30.0, 15))
+    sea.run(30)
+    sea.hear(beacon(sea, 972111222, 0.0, 14, placed=False))
+    sea.run(30)
+    assert sea.picture.person
+    assert not sea.picture.vessels
+    assert sea.texts[-1][2] == "MOB beacon 972111222: position unknown"
+    assert len(sea.texts) == 2
+
+
+def test_a_person_is_taken_and_kept_however_many_ships_are_heard() -> None:
+    """All of them nearer, and they come nearer still."""
+    sea = Sea(own_mps=0.0, dt_s=0.05)
+
+    def flood(first: int) -> None:
+        for number in range(first, first + 300):
+            sea.hear(position(244000000 + number, sea, 1500.0 + number))
+            sea.step()
+
+    flood(0)
+    sea.hear(beacon(sea, 972111222, 2500.0, 14))
+    sea.run(2)
+    assert sea.picture.person
+    flood(1000)
+    sea.run(2)
+    assert sea.picture.person
+    assert sea.traffic.table.count == TRACKS_MAX
+
+
+def test_who_is_near_stays_though_she_goes_away_and_ships_far_off_do_not() -> None:
+    """A great port: more ships at their berths than there is room for, and a boat close astern that falls behind."""
+    sea = Sea(own_mps=1.5, dt_s=0.1)
+    sea.hear(position(235777777, sea, -300.0))
+    sea.run(5)
+    for number in range(400):
+        sea.hear(position(244000000 + number, sea, 5000.0 + 10.0 * number))
+        sea.step()
+    assert 235777777 in {vessel.mmsi for vessel in sea.picture.vessels}
+    assert sea.traffic.table.count == TRACKS_MAX
