@@ -141,6 +141,42 @@ def test_every_role_asks_something_or_nothing() -> None:
     }
 
 
+@pytest.mark.parametrize(
+    ("status", "ship_type", "ais", "owed"),
+    [
+        (0, 36, "A", "we stand on"),
+        (2, 0, "A", "we give way: she is not under command"),
+        (3, 0, "A", "we give way: she is restricted in manoeuvring"),
+        (4, 0, "A", "we do not impede her: she is constrained by draught"),
+        (7, 0, "A", "we give way: she is fishing"),
+        (8, 0, "A", "we give way: she is sailing"),
+        (15, 30, "A", "we give way: she is fishing"),
+        (0, 36, "B", "we give way: she is sailing"),
+        (0, 37, "B", "we stand on"),
+    ],
+)
+def test_from_port_we_stand_on_towards_who_is_power_driven_only(
+    status: int, ship_type: int, ais: str, owed: str
+) -> None:
+    """Rule 18. Class B sends no status: her type says what she may be at."""
+    vessel = VesselText(
+        north_m=200, east_m=-200, course_deg=90, speed_mps=1.5, status=status, ship_type=ship_type, ais=ais
+    )
+    sea = Sea([vessel], own_mps=1.5, ais=AisText(loss_share=0.0))
+    sea.run(60)
+    (told,) = [text for _, _, text in sea.texts if "crossing from port" in text]
+    assert told.endswith(f"; {owed}")
+
+
+def test_who_overtakes_keeps_clear_whatever_she_is() -> None:
+    """Rule 13 stands above rule 18."""
+    vessel = VesselText(north_m=-200, course_deg=0, speed_mps=4.0, status=8)
+    sea = Sea([vessel], own_mps=1.5, ais=AisText(loss_share=0.0))
+    sea.run(60)
+    (told,) = [text for _, _, text in sea.texts if "overtaking us" in text]
+    assert told.endswith("; we stand on")
+
+
 # ---- told
 
 

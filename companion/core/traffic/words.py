@@ -9,7 +9,7 @@ from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.language.traffic import TCPA_MOST_S, Danger, OtherVessel, Role
 from mavlink_bridge.language.units import wrap_2pi
 
-from .sectors import Duty, duty_of
+from .sectors import Duty, duty_of, hampered_of
 
 Text = tuple[Severity, str]
 _NAME_MAX: Final = 20
@@ -48,16 +48,21 @@ def how(role: Role) -> str:
             assert_never(role)
 
 
-def owed(role: Role) -> str:
-    """What the rules ask of us, in words; empty where they ask nothing."""
-    match duty_of(role):
+def owed(vessel: OtherVessel) -> str:
+    """What the rules ask of us, in words, and why where her side does not say it; empty where they ask nothing."""
+    hampered = hampered_of(vessel.status, vessel.ship_type)
+    duty = duty_of(vessel.role, hampered)
+    why = "" if hampered is None or duty is duty_of(vessel.role) else f": she is {hampered.value}"
+    match duty:
         case Duty.NONE:
             return ""
         case Duty.GIVE_WAY:
-            return "we give way"
+            return f"we give way{why}"
         case Duty.STAND_ON:
             return "we stand on"
-        case duty:
+        case Duty.NOT_IMPEDE:
+            return f"we do not impede her{why}"
+        case _:
             assert_never(duty)
 
 
@@ -72,7 +77,7 @@ def _closest(vessel: OtherVessel) -> str:
 
 def situation(vessel: OtherVessel) -> str:
     """How we meet, the closest point and what we owe her."""
-    duty = owed(vessel.role)
+    duty = owed(vessel)
     rest = f"; {duty}" if duty else ""
     course = "" if vessel.going_away else f"{how(vessel.role)}, "
     return f"{vessel.title[:_NAME_MAX]} {course}{_closest(vessel)}{rest}"
