@@ -254,6 +254,45 @@ def test_a_beacon_in_test_alarms_nobody() -> None:
     assert [text for _, severity, text in sea.texts] == ["SART beacon 970263001 in test: 300 m north"]
 
 
+def long_range(sea: Sea, mmsi: int, north_m: float, east_m: float) -> bytes:
+    """Type 27: a place to a tenth of a minute, 10 knots to the west."""
+    lat_rad, lon_rad = sea.frame.to_geodetic(north_m, east_m)
+    place = (round(math.degrees(lon_rad) * 600), 18), (round(math.degrees(lat_rad) * 600), 17)
+    fields = [(27, 6), (0, 2), (mmsi, 30), (1, 1), (0, 1), (0, 4), *place, (10, 6), (270, 9), (0, 1), (0, 1)]
+    return encoder.sentences(fields, 0)
+
+
+def test_a_coarse_report_takes_no_risk_away_that_finer_ones_have_shown() -> None:
+    """A ship on a collision course whose type 27 is heard beside her type 1: 'past and clear' was told, half a minute before the hit."""
+    sea = Sea(own_mps=1.5)
+    while sea.time_s < 90.0:
+        east_m = 500.0 - 5.0 * sea.time_s
+        if sea.time_s % 10.0 == 0.0:
+            report = encoder.StationReport(235001234, *sea.frame.to_geodetic(150.0, east_m), 63)
+            report.sog_mps, report.cog_rad = 5.0, math.radians(270.0)
+            sea.hear(encoder.sentences(report.class_a(), 0))
+        if sea.time_s in (35.0, 65.0):
+            sea.hear(long_range(sea, 235001234, 150.0, east_m))
+        sea.step()
+        if sea.time_s > 30.0:
+            (ship,) = sea.picture.vessels
+            assert ship.kind is VesselKind.CLASS_A
+            assert ship.danger is not Danger.NONE
+    assert not sea.said("past and clear")
+
+
+def test_who_was_known_coarsely_is_judged_from_her_first_exact_report() -> None:
+    sea = Sea(own_mps=1.5)
+    sea.hear(long_range(sea, 235001234, 400.0, 500.0))
+    sea.run(5)
+    (ship,) = sea.picture.vessels
+    assert ship.kind is VesselKind.LONG_RANGE
+    sea.hear(position(235001234, sea, 400.0, 500.0))
+    sea.run(2)
+    (ship,) = sea.picture.vessels
+    assert ship.kind is VesselKind.CLASS_A
+
+
 def test_the_same_bytes_give_the_same_picture() -> None:
     texts = [VesselText(ais="B", speed_mps=3.0, course_deg=200.0, **FAR), VesselText(speed_mps=7.0, **FAR)]
     one, other = Sea(texts, seed=4), Sea(texts, seed=4)

@@ -17,7 +17,7 @@ from mavlink_bridge.language.traffic import Sides
 from mavlink_bridge.language.value import value
 
 from ..ais.identity import DISTRESS, station_of
-from ..ais.reports import PositionReport, StaticReport
+from ..ais.reports import PositionReport, StaticReport, StationClass
 from .track import Track, offset_m
 
 TRACKS_MAX: Final = 256
@@ -122,6 +122,8 @@ class Table:
         ``utc_us``: UTC now, if known; ``own``: our latitude and longitude, rad, for who is dropped in a flood.
         """
         t_us, timed = _when(report, now_us, utc_us)
+        if self._is_outdone(report):
+            return None
         entries = self._entries.get(report.mmsi, [])
         if any(_is_repeat(entry.track, report, t_us, now_us) for entry in entries):
             self.repeats += 1
@@ -138,6 +140,15 @@ class Table:
         self._agree(report.mmsi, entry)
         entry.due_us = 0
         return entry
+
+    def _is_outdone(self, report: PositionReport) -> bool:
+        """Whether a coarse report is of a vessel that is known exactly: it says nothing new. An exact one ends what was known coarsely."""
+        entries = self._entries.get(report.mmsi, [])
+        if report.sent is StationClass.LONG_RANGE:
+            return any(entry.track.report.sent is not StationClass.LONG_RANGE for entry in entries)
+        for entry in [entry for entry in entries if entry.track.report.sent is StationClass.LONG_RANGE]:
+            self.drop(entry)
+        return False
 
     def _begin(
         self, report: PositionReport, t_us: int, own: tuple[float, float] | None, *, timed: bool
