@@ -200,8 +200,7 @@ def test_without_a_position_nothing_is_known_and_the_track_ages() -> None:
 def test_the_own_ship_is_never_a_vessel() -> None:
     sea = Sea(config=TrafficConfig(own_mmsi=244000007))
     sea.hear(position(244000007, sea, 5.0, 0.0))
-    own = position(263999999, sea, 5.0, 0.0).replace(b"AIVDM", b"AIVDO")
-    sea.hear(own[:-4] + b"%02X\r\n" % (int(own[-4:-2], 16) ^ ord("M") ^ ord("O")))
+    sea.hear(as_own(position(263999999, sea, 5.0, 0.0)))
     sea.hear(position(263999999, sea, 10.0, 0.0))
     sea.run(3)
     assert sea.picture.vessels == ()
@@ -214,6 +213,25 @@ def test_a_transponder_aboard_is_found_out_and_told_once() -> None:
         sea.run(10)
     assert sea.picture.vessels == ()
     assert len(sea.said("moves with us")) == 1
+
+
+def as_own(data: bytes) -> bytes:
+    """The same sentence as the receiver's word of its own ship."""
+    own = data.replace(b"AIVDM", b"AIVDO")
+    return own[:-4] + b"%02X\r\n" % (int(own[-4:-2], 16) ^ ord("M") ^ ord("O"))
+
+
+@pytest.mark.parametrize("configured", [0, 244123456], ids=["the receiver's word", "configured"])
+def test_with_a_known_number_of_our_own_a_vessel_alongside_is_another(configured: int) -> None:
+    """A support boat 12 m abeam that will turn in on us: after a minute she was no vessel any more."""
+    sea = Sea(own_mps=1.5, config=TrafficConfig(own_mmsi=configured))
+    if not configured:
+        sea.hear(as_own(position(244123456, sea, 0.0, 0.0)))
+    for _ in range(12):
+        sea.hear(position(235099999, sea, sea.north_m, sea.east_m + 12.0, speed_mps=1.5))
+        sea.run(10)
+    assert [vessel.mmsi for vessel in sea.picture.vessels] == [235099999]
+    assert not sea.said("moves with us")
 
 
 def test_a_neighbour_in_the_harbour_is_not_taken_for_us() -> None:

@@ -1,7 +1,8 @@
 """Which of the reports are our own: by the configured number, by the receiver's word, or because it moves with us.
 
 A transponder aboard whose number nobody wrote down looks like a vessel alongside on our course: the boat would fear itself.
-Where both lie still nothing can be told: a neighbour in the harbour is no transponder of ours.
+Where both lie still nothing can be told: a neighbour in the harbour is no transponder of ours. Where our number is known nobody else
+is us, however long she keeps alongside.
 """
 
 from __future__ import annotations
@@ -37,7 +38,11 @@ class OwnNumbers:
         """Since when, and how many reports."""
 
     def __contains__(self, mmsi: int) -> bool:
-        return mmsi in (self.configured, self._said, self._found) and mmsi != 0
+        return mmsi != 0 and mmsi in ((self.configured, self._said) if self._is_known else (self._found,))
+
+    @property
+    def _is_known(self) -> bool:
+        return bool(self.configured or self._said)
 
     def said(self, mmsi: int) -> None:
         """The receiver calls a number its own ship (VDO)."""
@@ -51,6 +56,8 @@ class OwnNumbers:
         if mmsi == self._found:
             if apart[0] > _APART_M:
                 self._found = None
+            return False
+        if self._is_known:
             return False
         moving = own_mps >= _MOVING_MPS
         near = apart[0] <= _WITHIN_M and abs(apart[1]) <= _SPEED_MPS and abs(apart[2]) <= _COURSE_RAD
