@@ -107,6 +107,22 @@ def test_an_approach_that_never_gets_there_is_capped_and_told() -> None:
     assert any("not reached" in text for _, text in made.drain_texts())
 
 
+def test_what_was_given_up_is_told_as_skipped_and_not_reported_as_reached() -> None:
+    """A station that counts what was reached would believe that the survey is whole, or the headland rounded."""
+    for item in (point(0, 75), Loiter(0, LAT + 75 * METRE, LON, figure=Circle(radius_m=20.0), duration_s=60.0)):
+        made = mission(item, point(1, 90))
+        leg_of(made, 0)
+        finish(made, 1000, Report())
+        assert leg_of(made, 1000).maneuver.seq == 1
+        assert made.drain()[0] == ()
+        ((severity, text),) = made.drain_texts()
+        assert severity is Severity.WARNING
+        assert "skipped" in text
+        assert "APPR_FACTOR" in text
+        finish(made, 1001, Report(arrived=True))
+        assert made.drain()[0] == (1,)
+
+
 def test_turns_end_a_loiter_and_an_unlimited_one_never_ends() -> None:
     made = mission(Loiter(0, LAT, LON, figure=Circle(radius_m=20.0), turns=2.0))
     leg_of(made, 0)

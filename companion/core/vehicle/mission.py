@@ -387,15 +387,16 @@ class Mission:
     def _overdue(self, now_us: int, seq: int, what: str) -> bool:
         if self._begun_us is None or self._limit_s is None or now_us - self._begun_us < self._limit_s * 1e6:
             return False
-        self._texts.append((Severity.WARNING, f"item {seq}: {what} not reached in {self._limit_s:.0f} s, going on"))
+        text = f"item {seq}: {what} not reached in {self._limit_s:.0f} s (APPR_FACTOR), skipped"
+        self._texts.append((Severity.WARNING, text))
         return True
 
     def _finish(self, leg: Leg) -> None:
-        self._reached.append(self.seq)
         item = leg.maneuver
         point = LatLon((item.lat_rad, item.lon_rad))
         self._sailed_to = point if isinstance(item, Goto) else None
         is_there = self._on_path_us is not None if isinstance(item, Loiter) else self._arrived_us is not None
+        self._reached += [self.seq] if is_there else []
         goes_round = isinstance(item, Loiter) and not isinstance(item.figure, Hover)
         self._ended_at = point if is_there and not goes_round else None
         self._leg, self.is_changed = None, False
