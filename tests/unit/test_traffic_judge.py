@@ -16,6 +16,7 @@ from companion.core.traffic.sectors import Duty, duty_of, role_of
 from companion.core.traffic.words import situation
 from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.language.traffic import TCPA_MOST_S, Danger, Role, Sides
+from sitl.traffic import encoder
 from sitl.traffic.fleet import hull_distance_m
 from sitl.traffic.target import ManoeuvreText, VesselText
 from sitl.traffic.transmitter import AisText
@@ -175,6 +176,30 @@ def test_who_overtakes_keeps_clear_whatever_she_is() -> None:
     sea.run(60)
     (told,) = [text for _, _, text in sea.texts if "overtaking us" in text]
     assert told.endswith("; we stand on")
+
+
+def reported(sea: Sea, east_m: float, course_deg: float) -> bytes:
+    """A ship abeam as fast as we are."""
+    report = encoder.StationReport(244000001, *sea.frame.to_geodetic(sea.north_m, east_m), 63)
+    report.sog_mps, report.cog_rad = sea.own_mps, math.radians(course_deg)
+    return encoder.sentences(report.class_a(), 0)
+
+
+@pytest.mark.parametrize("east_m", [30.0, -30.0])
+def test_who_keeps_abeam_on_our_course_does_not_cross_until_she_turns_in(east_m: float) -> None:
+    """Parallel and as fast: rule 15 speaks of vessels that cross."""
+    sea = Sea(own_mps=1.5)
+    for _ in range(6):
+        sea.hear(reported(sea, east_m, 0.0))
+        sea.run(10)
+    ((_, severity, text),) = sea.texts
+    assert severity is Severity.WARNING
+    assert "coming close" in text
+    assert not text.endswith(("give way", "stand on"))
+    sea.hear(reported(sea, east_m, -math.copysign(40.0, east_m)))
+    sea.run(3)
+    (ship,) = sea.picture.threats
+    assert ship.role is (Role.GIVE_WAY if east_m > 0.0 else Role.STAND_ON)
 
 
 # ---- told

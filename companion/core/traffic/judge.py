@@ -13,7 +13,7 @@ from typing import Final
 from mavlink_bridge.language.geodesy import metres_per_radian
 from mavlink_bridge.language.messages import EstimatedState
 from mavlink_bridge.language.traffic import TCPA_MOST_S, Danger, Role
-from mavlink_bridge.language.units import clamp
+from mavlink_bridge.language.units import clamp, wrap_pi
 from mavlink_bridge.language.value import value
 
 from ..ais.reports import StationClass
@@ -45,6 +45,10 @@ _AXIS_MPS: Final = 0.514
 """One knot: below it a course says nothing of where a bow points."""
 _AWAY_MPS: Final = 0.25
 """A range that opens slower is the noise of her speed and ours."""
+_PARALLEL_RAD: Final = math.radians(5.0)
+"""Courses that differ by less are the same as far as AIS tells a boat's;"""
+_PARALLEL_MPS: Final = 0.2
+"""and who draws nearer no faster than her speed's noise neither crosses nor overtakes."""
 _SOON_S: Final = 90.0
 """From here on doubt counts as risk: 60 s of warning and two class B reports before them."""
 _AHEAD: Final = 0.5
@@ -168,7 +172,9 @@ def look(before: Dealing, track: Track, static: Static, *, own: Own, now_us: int
         danger = Danger.NONE if clear else Danger.RISK
     if danger is Danger.NONE:
         return TrafficLook(NO_DEALING, range_m, bearing, opening, shown)
-    role = before.role if before.danger is not Danger.NONE else _role(track, (north, east), own, (vn, ve))
+    role = before.role
+    if before.danger is Danger.NONE or role is Role.NONE:
+        role = _role(track, (north, east), own, (vn, ve))
     lost = age_s > _SILENT * track.interval_s() + _SLACK_S
     away = closest.time_s <= 0.0 <= closest.distance_m and north * closing[0] + east * closing[1] > _AWAY_MPS * range_m
     return TrafficLook(Dealing(role, danger, lost, away), range_m, bearing, opening, shown)
@@ -207,4 +213,7 @@ def _role(track: Track, place_m: tuple[float, float], own: Own, hers: tuple[floa
         return Role.NONE
     speed = math.hypot(*hers)
     course = track.heading_rad if track.heading_rad is not None else math.atan2(hers[1], hers[0])
+    nearing_mps = math.hypot(hers[0] - own.vn_mps, hers[1] - own.ve_mps)
+    if nearing_mps < _PARALLEL_MPS and abs(wrap_pi(course - own.psi_rad)) < _PARALLEL_RAD:
+        return Role.NONE
     return role_of(place_m, own.psi_rad, own.sog_mps, course, speed)
