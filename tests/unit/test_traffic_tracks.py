@@ -105,6 +105,22 @@ def test_latency_is_reckoned_by_the_utc_second() -> None:
     assert blind.off_m() < 2.5 * blind.vessel().sigma_m
 
 
+@pytest.mark.parametrize(("latency_s", "late"), [(9.0, False), (12.0, True), (30.0, True)])
+def test_a_feed_that_is_late_beyond_belief_is_told_once_and_its_end_too(latency_s: float, late: bool) -> None:
+    """By the UTC second alone a late network is not told from a clock that is off: the ships stay where they said, and a person is told."""
+    sea = Sea([VesselText(speed_mps=8.0, **FAR), VesselText(speed_mps=4.0, **FAR)], own_mps=0.0)
+    in_time = AisText(loss_share=0.0)
+    for air in sea.air:
+        air.config = in_time.model_copy(update={"latency_s": latency_s})
+    sea.run(180)
+    assert len(sea.said("AIS reports come")) == int(late)
+    assert not late or sea.said(f"AIS reports come {latency_s:.0f} s late, or a clock is off")
+    for air in sea.air:
+        air.config = in_time
+    sea.run(180)
+    assert len(sea.said("in time again")) == int(late)
+
+
 def position(
     mmsi: int, sea: Sea, north_m: float, east_m: float, *, speed_mps: float | None = 3.0, second: int | None = None
 ) -> bytes:

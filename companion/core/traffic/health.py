@@ -1,4 +1,4 @@
-"""Whether AIS receivers are heard, and what they say of themselves ($AITXT, $AIALR)."""
+"""Whether AIS receivers are heard and in time, and what they say of themselves ($AITXT, $AIALR)."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Final
 
 from mavlink_bridge.language.messages import Severity
 
+from .table import BELIEVED_AGE_S
 from .words import Text
 
 SILENT_US: Final = 60_000_000
@@ -17,6 +18,10 @@ QUIET_US: Final = 600_000_000
 """No vessel for so long is normal on a lake, and worth a word at sea."""
 _AGAIN_US: Final = 600_000_000
 """The same word again at most every ten minutes."""
+_AGES: Final = 8
+"""So many reports in a row that are late, or in time again, are no chance: one vessel with a wrong clock among others is not told."""
+_AGES_AGREE_S: Final = 6.0
+"""Late by a network, or seen by a clock that is off, all are late alike."""
 _TEXTS_KEPT: Final = 16
 """Texts whose time is remembered; a receiver that invents them fills no memory."""
 
@@ -35,6 +40,8 @@ class ReceiverHealth:
         self._report_us = 0
         self._quiet = False
         self._said: dict[str, int] = {}
+        self._ages_s: list[float] = []
+        self._are_late = False
         self._started_us: int | None = None
         self.texts: list[Text] = []
 
@@ -42,6 +49,20 @@ class ReceiverHealth:
         """An AIS sentence has come."""
         self.heard = True
         self._line_us = self._report_us = now_us
+
+    def fix_age(self, age_s: float) -> None:
+        """A report has come whose fix is so old by its UTC second: late ones cannot be told from a clock that is off, and are not used."""
+        ages_s = self._ages_s = [*self._ages_s[1 - _AGES :], age_s]
+        if len(ages_s) < _AGES:
+            return
+        in_time = max(ages_s) <= BELIEVED_AGE_S
+        late = min(ages_s) > BELIEVED_AGE_S and max(ages_s) - min(ages_s) <= _AGES_AGREE_S
+        if late and not self._are_late:
+            told = f"AIS reports come {min(ages_s):.0f} s late, or a clock is off: vessels are farther on than shown"
+            self.texts.append((Severity.WARNING, told))
+        elif in_time and self._are_late:
+            self.texts.append((Severity.INFO, "AIS reports come in time again"))
+        self._are_late = late or (self._are_late and not in_time)
 
     def line_alive(self, now_us: int) -> None:
         """A line that carries AIS has brought something."""

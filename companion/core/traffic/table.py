@@ -26,7 +26,7 @@ _NEAR_M: Final = 2000.0
 """From here a ship of 10 m/s is on us within the look-ahead: that her distance opens now is no reason to forget her."""
 _STATICS_MAX: Final = 512
 """Names come every six minutes, also of vessels that have no track yet."""
-_BELIEVED_AGE_S: Final = 10.0
+BELIEVED_AGE_S: Final = 10.0
 """A UTC second older than this belongs to a receiver's wrong clock, not to latency."""
 _UNTIMED_AGE_S: Final = 1.5
 """Mean age of a report whose second is unknown: slot, receiver and line."""
@@ -230,12 +230,16 @@ def _spared(entry: JudgedTrack) -> tuple[bool, bool, bool, float]:
     return not is_beacon(entry.track.mmsi), is_far, is_far and entry.opening, entry.range_m
 
 
+def fix_age_s(report: PositionReport, utc_us: int | None) -> float | None:
+    """How long ago her fix was by its UTC second, below a minute; None where one of the two is not known."""
+    return None if report.second is None or utc_us is None else (utc_us * 1e-6 - report.second) % 60.0
+
+
 def _when(report: PositionReport, now_us: int, utc_us: int | None) -> tuple[int, bool]:
     """When she was there: by the UTC second of her fix where that can be believed."""
-    if report.second is not None and utc_us is not None:
-        age_s = (utc_us * 1e-6 - report.second) % 60.0
-        if age_s <= _BELIEVED_AGE_S:
-            return now_us - round(age_s * 1e6), True
+    age_s = fix_age_s(report, utc_us)
+    if age_s is not None and age_s <= BELIEVED_AGE_S:
+        return now_us - round(age_s * 1e6), True
     return now_us - round(_UNTIMED_AGE_S * 1e6), False
 
 

@@ -26,7 +26,7 @@ from .flags import TrafficFlags, flags_of
 from .health import ReceiverHealth
 from .judge import NO_DEALING, Dealing, Own, TrafficLook, look, own_of
 from .own import OwnNumbers
-from .table import JudgedTrack, Table, is_beacon
+from .table import JudgedTrack, Table, fix_age_s, is_beacon
 from .track import Track
 from .words import Text
 
@@ -135,6 +135,9 @@ class Traffic:
             text = f"AIS: MMSI {report.mmsi} moves with us, taken for our own transponder: set traffic.own_mmsi"
             self._texts.append((Severity.NOTICE, text))
             return
+        age_s = fix_age_s(report, utc_us)
+        if age_s is not None:
+            self.health.fix_age(age_s)
         place = None if own is None else (own.lat_rad, own.lon_rad)
         self.table.take_position(report, now_us, utc_us, place)
 
