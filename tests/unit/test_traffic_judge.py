@@ -147,7 +147,7 @@ def test_every_role_asks_something_or_nothing() -> None:
     [
         (0, 36, "A", "we stand on"),
         (2, 0, "A", "we give way: she is not under command"),
-        (3, 0, "A", "we give way: she is restricted in manoeuvring"),
+        (3, 0, "A", "we give way: she is restricted"),
         (4, 0, "A", "we do not impede her: she is constrained by draught"),
         (7, 0, "A", "we give way: she is fishing"),
         (8, 0, "A", "we give way: she is sailing"),

@@ -33,7 +33,7 @@ class Hampered(Enum):
     """Whom a power-driven vessel, as we are, keeps clear of from whatever side she comes (rule 18 a, d)."""
 
     NOT_UNDER_COMMAND = "not under command"
-    RESTRICTED = "restricted in manoeuvring"
+    RESTRICTED = "restricted"
     BY_DRAUGHT = "constrained by draught"
     FISHING = "fishing"
     SAILING = "sailing"
