@@ -11,6 +11,8 @@ from mavlink_bridge.language.messages import Mode, PlanState
 from mavlink_bridge.language.requests import (
     Arm,
     PausePlan,
+    PlanItem,
+    PlanKind,
     Reposition,
     Result,
     SetCurrent,
@@ -218,4 +220,34 @@ def test_an_item_nearer_home_is_a_way_back(voyage):
     trip.ask(Arm(arm=True))
     trip.ask(Reposition(*trip.world.surroundings.plant.frame.to_geodetic(100.0, 0.0)))
     trip.until(lambda: trip.distance_m > 85.0, 120.0)
+    assert trip.ask(StartPlan(0)).reason == ""
+
+
+LOITER_TIME, RACETRACK, EIGHT = 19, 31000, 35
+
+
+@pytest.mark.parametrize(
+    ("items", "said"),
+    [
+        ([(LOITER_TIME, 600.0, 0.0, 4000.0)], "item 0 reaches from its middle 4000 m, limit 1000 m (MIS_DIST_1WP)"),
+        ([(RACETRACK, 600.0, 9000.0, 50.0)], "item 0 reaches from its middle 4550 m"),
+        ([(EIGHT, 8000.0, 500.0, 600.0)], "item 0 reaches from its middle"),
+        (
+            [(LOITER_TIME, 600.0, 0.0, 40.0), (LOITER_TIME, 600.0, 0.0, 4000.0)],
+            "item 1 measures 8000 m, limit 5000 m (MIS_DIST_WPS)",
+        ),
+    ],
+    ids=["circle", "racetrack", "figure-eight", "later"],
+)
+def test_a_figure_as_large_as_a_bay_is_asked_for(voyage, items, said):
+    """Its middle is where the boat lies: a radius of 4000 for 40 takes her as far away as a plan of another place."""
+    trip = voyage(NO_DEPTH)
+    plan = [PlanItem(command, 3, *params, 0.0, *trip.at(0.0, 0.0), 0.0) for command, *params in items]
+    assert trip.upload(PlanKind.MISSION, plan).result is Result.ACCEPTED
+    assert trip.ask(Arm(arm=True)).reason == ""
+    trip.run(1.0)
+    reply = trip.ask(StartPlan(0))
+    assert reply.result is Result.REJECTED_NOW
+    assert said in reply.reason
+    assert trip.ask(SetParameter("PLAN_FAR_OK", word(trip))).reason == ""
     assert trip.ask(StartPlan(0)).reason == ""

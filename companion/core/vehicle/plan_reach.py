@@ -1,7 +1,8 @@
 """How far away a plan lies: a plan of another place is not sailed by mistake.
 
 Looked at when Auto is started, and when a plan is loaded (then it is only told); never when arming, by hand, for Hold, a go-to or
-the way home. The item to be sailed lies within one distance, and no leg is longer than another; an item that is nearer home
+the way home. The item to be sailed lies within one distance, and no leg is longer than another; so it is with what a figure reaches from
+its middle and from side to side. An item that is nearer home
 than the vessel is a way back and always near enough. A person may insist: ``PLAN_FAR_OK`` set to the number that the text names,
 over any link; it belongs to that one plan. A speed beyond the hull's is refused when a plan is loaded.
 Source: PX4's MIS_DIST_1WP (mission feasibility), whose limit is a switch for all plans.
@@ -14,7 +15,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
-from mavlink_bridge.language.figures import Circle
+from mavlink_bridge.language.figures import Circle, Hover
 from mavlink_bridge.language.geodesy import LocalFrame, at_most_m, inverse
 from mavlink_bridge.language.messages import EstimatedState, Goto, Jump, Loiter, Maneuver, PlanSpecification
 from mavlink_bridge.language.points import LatLon
@@ -162,11 +163,13 @@ class PlanReach:
         item = next((item for item in items[first:] if isinstance(item, Goto | Loiter)), None)
         if item is None:
             return None
-        distance_m = _away_m(item, here)
+        distance_m, across_m = _away_m(item, here), _across_m(item)
         config = self.config
         name, limit_m = "MIS_DIST_1WP", config.first_distance_m
         if under_way and config.leg_distance_m > limit_m:
             name, limit_m = "MIS_DIST_WPS", config.leg_distance_m
+        if 0.5 * across_m > limit_m:
+            return TooFar(f"item {item.seq} reaches from its middle", 0.5 * across_m, name, limit_m)
         if distance_m <= limit_m or (home is not None and _is_nearer(home, item, here)):
             return None
         before = self._before(items, first) if goes_on else None
@@ -204,7 +207,7 @@ def speed_refusal(items: Sequence[Maneuver], top_mps: float) -> str:
 
 
 def long_legs(items: Sequence[Maneuver], limit_m: float) -> Iterator[tuple[int, TooFar]]:
-    """Yield each leg that is longer than ``limit_m``, with the number of the item that it leads to; jumps back count."""
+    """Yield each leg and figure that is longer than ``limit_m``, with the number of the item that it leads to; jumps back count."""
     last: LatLon | None = None
     for item in items:
         found = item
@@ -217,6 +220,8 @@ def long_legs(items: Sequence[Maneuver], limit_m: float) -> Iterator[tuple[int, 
             length_m = inverse(*last, found.lat_rad, found.lon_rad)[0]
             if length_m > limit_m:
                 yield item.seq, TooFar(f"leg to item {found.seq} is", length_m, "MIS_DIST_WPS", limit_m)
+        if found is item and _across_m(item) > limit_m:
+            yield item.seq, TooFar(f"item {item.seq} measures", _across_m(item), "MIS_DIST_WPS", limit_m)
         if found is item:
             last = LatLon((item.lat_rad, item.lon_rad))
 
@@ -227,6 +232,15 @@ def _away_m(item: Goto | Loiter, here: LatLon) -> float:
     if isinstance(item, Loiter) and isinstance(item.figure, Circle):
         return abs(distance_m - abs(item.figure.radius_m or 0.0))
     return distance_m
+
+
+def _across_m(item: Goto | Loiter) -> float:
+    """From end to end of an item's figure; a radius that nobody names is the default one, and no mistake of the plan's."""
+    figure = item.figure if isinstance(item, Loiter) else None
+    if figure is None or isinstance(figure, Hover):
+        return 0.0
+    width_m = 2.0 * abs(figure.radius_m or 0.0)
+    return width_m if isinstance(figure, Circle) else width_m + max(abs(figure.length_m or 0.0), width_m)
 
 
 def _is_nearer(home: LatLon, item: Goto | Loiter, here: LatLon) -> bool:
