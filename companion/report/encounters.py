@@ -21,8 +21,12 @@ _HERS: Final = "#cf222e"
 _BETWEEN: Final = "#57606a"
 _STILL: Final = 6.0
 """Less than a head's length on the picture is no direction."""
-_ROLES: Final = {Role.NONE.value: "met while we lay still", Role.OBSTACLE.value: "in the way"}
-"""Where the role's own word says nothing to a reader: none is taken by a boat that makes no way."""
+_ROLES: Final = {
+    Role.NONE.value: "beside us, or met while we lay still",
+    Role.OBSTACLE.value: "in the way",
+    Role.STAND_ON.value: "crossing from port",
+}
+"""Where the role's own word says nothing to a reader, or too much: who crosses from port may be one that we keep clear of (rule 18)."""
 _MOST: Final = 40
 _METRES_PER_DEG: Final = 111_320.0
 """Of latitude; a picture of some hundred metres needs no more."""

@@ -69,8 +69,15 @@ def test_the_picture_says_which_line_is_ours_where_both_began_and_went() -> None
 def test_a_meeting_without_a_role_is_named_in_words() -> None:
     ship = VesselText(name="OVERTAKER", north_m=-300.0, east_m=17.0, speed_mps=2.6, length_m=100.0)
     page = sections([sighting_of(each) for each in kept_of(Sea([ship], ais=AisText(loss_share=0.0), own_mps=0.0), 250)])
-    assert "<h2>OVERTAKER: met while we lay still</h2>" in page
+    assert "<h2>OVERTAKER: beside us, or met while we lay still</h2>" in page
     assert "none" not in re.sub(r"fill='none'|<td>none", "", page)
+
+
+def test_who_crosses_from_port_is_not_said_to_be_stood_on_for() -> None:
+    """A vessel that fishes is kept clear of from whatever side she comes."""
+    ship = VesselText(name="TRAWLER", north_m=200.0, east_m=-200.0, course_deg=90.0, speed_mps=1.5, status=7)
+    page = sections([sighting_of(each) for each in kept_of(Sea([ship], ais=AisText(loss_share=0.0)), 200)])
+    assert "<h2>TRAWLER: crossing from port</h2>" in page
 
 
 def test_meetings_stand_in_the_reports_navigation() -> None:
