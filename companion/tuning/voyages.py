@@ -49,6 +49,7 @@ RUN_COLUMNS: Final = {
 }
 """control.csv of a run. Without fixes, sway comes from the places."""
 _NEEDED: Final = ("time", "heading", "port", "yaw_rate")
+_COMMANDS: Final = ("port", "starboard", "rudder")
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,9 +143,20 @@ def _numbers(texts: Sequence[str], column: Column) -> Array:
     return (np.array([number(text) for text in texts]) - column.zero) / column.scale
 
 
+def _held(value: Array) -> Array:
+    """A command stands until the next one is told: where a cell holds none it is as before. NaN before the first."""
+    told = np.isfinite(value)
+    newest = np.maximum.accumulate(np.where(told, np.arange(len(value)), -1))
+    return np.where(newest >= 0, value[newest], math.nan)
+
+
 def _stretches(source: str, values: dict[str, Array]) -> list[Stretch]:
+    # before rows are left out: a log of two sources tells commands where it tells no heading
+    values = values | {name: _held(values[name]) for name in _COMMANDS if name in values}
     time = values["time"]
     good = np.isfinite(time) & np.isfinite(values["heading"]) & np.isfinite(values["yaw_rate"])
+    for name in _COMMANDS:
+        good &= np.isfinite(values.get(name, 0.0))
     if "armed" in values:
         good &= values["armed"] > 0.5
     speeds = "surge" in values and "sway" in values
@@ -171,7 +183,7 @@ def _even(source: str, part: dict[str, Array], speeds: bool) -> Stretch:
     def held(name: str) -> Array:
         if name not in part:
             return np.zeros(len(grid))
-        value = np.nan_to_num(part[name])
+        value = part[name]
         return value[np.clip(np.searchsorted(time, grid + 1e-6, side="right") - 1, 0, len(value) - 1)]
 
     psi = smooth(np.unwrap(part["heading"]))

@@ -1,0 +1,64 @@
+"""Logs of other recorders, as a fit reads them: what is missing, out of order or in another unit is never taken for motion."""
+
+import math
+
+import numpy as np
+import pytest
+
+from companion.tuning.hull_arrays import STEP_S
+from companion.tuning.voyages import Column, read_voyage
+
+NAMES = ("time", "heading", "surge", "sway", "yaw_rate", "port", "starboard")
+COLUMNS = {name: Column(name) for name in NAMES}
+PERIOD_S = 0.1
+
+
+def rows_of(seconds):
+    """A boat that weaves ahead, at a throttle that steps each ten seconds."""
+    found = []
+    for k in range(round(seconds / PERIOD_S)):
+        t = PERIOD_S * k
+        throttle = 0.3 + 0.1 * (int(t / 10.0) % 5)
+        heading, rate = 2.0 * math.sin(0.1 * t), 0.2 * math.cos(0.1 * t)
+        found.append({"time": t, "heading": heading, "surge": 2.0 * throttle, "sway": 0.0, "yaw_rate": rate})
+        found[-1] |= {"port": throttle + 0.5 * rate, "starboard": throttle - 0.5 * rate}
+    return found
+
+
+def written(path, rows, **changed):
+    """Write a table; ``changed`` gives a column's cells from their row's number and value."""
+    lines = [",".join(NAMES)]
+    for k, row in enumerate(rows):
+        lines.append(
+            ",".join(str(changed[name](k, row[name])) if name in changed else f"{row[name]:g}" for name in NAMES)
+        )
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("nothing", ["", "nan"])
+def test_a_command_stands_until_the_next_one(tmp_path, nothing):
+    """Half of the cells are empty where two sources are merged: each was a throttle of 0, and the boat came out twice as fast."""
+    rows = rows_of(60.0)
+    (whole,) = read_voyage(written(tmp_path / "whole.csv", rows), COLUMNS)
+    (holed,) = read_voyage(written(tmp_path / "h.csv", rows, port=lambda k, x: nothing if k % 2 else f"{x:g}"), COLUMNS)
+    assert np.abs(holed.port - whole.port).max() < 0.11
+    assert np.median(np.abs(holed.port - whole.port)) < 0.002
+    assert holed.port.min() > 0.1
+
+
+def test_what_stands_in_a_row_without_a_heading_is_a_command_too(tmp_path):
+    rows = rows_of(60.0)
+    (whole,) = read_voyage(written(tmp_path / "whole.csv", rows), COLUMNS)
+    turns = {
+        "heading": lambda k, x: "" if k % 2 else f"{x:g}",
+        "port": lambda k, x: f"{x:g}" if k % 2 else "",
+    }
+    (merged,) = read_voyage(written(tmp_path / "merged.csv", rows, **turns), COLUMNS)
+    assert np.median(np.abs(merged.port - whole.port[round(2.0 * PERIOD_S / STEP_S) :][: len(merged.port)])) < 0.01
+
+
+def test_before_the_first_command_nobody_knows_what_the_propellers_did(tmp_path):
+    late = written(tmp_path / "late.csv", rows_of(60.0), port=lambda k, x: "" if k < 200 else f"{x:g}")
+    (stretch,) = read_voyage(late, COLUMNS)
+    assert stretch.start_s == pytest.approx(20.0)
