@@ -7,6 +7,7 @@ import datetime
 import importlib.util
 import math
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -119,10 +120,14 @@ def _stretches(runs: list[Path], columns: list[str]) -> list[Any]:
     found: list[Any] = []
     for run in runs:
         try:
-            found += read_voyage(run, chosen)
+            found += read_voyage(run, chosen, partial(_say_of, run))
         except (OSError, ValueError) as error:
             raise ConfigError(str(run), [getattr(error, "strerror", None) or str(error)]) from None
     return found
+
+
+def _say_of(run: Path, text: str) -> None:
+    print(f"{run.name}: {text}")
 
 
 def margin_words(gains: Gains) -> str:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -22,6 +22,7 @@ from mavlink_bridge.language.geodesy import metres_per_radian
 from .hull_arrays import STEP_S
 
 Array = Any
+Tell = Callable[[str], None]
 
 _LOST_S: Final = 0.7
 """A record that is silent for longer goes on as another stretch."""
@@ -100,8 +101,15 @@ def parse_columns(texts: Sequence[str]) -> dict[str, Column]:
     return found
 
 
-def read_voyage(path: Path, columns: Mapping[str, Column] | None = None) -> list[Stretch]:
-    """Return the stretches of a run's directory or a CSV file. Raises ValueError when it holds none."""
+def _silent(_: str) -> None:
+    """For whoever wants the motion alone."""
+
+
+def read_voyage(path: Path, columns: Mapping[str, Column] | None = None, tell: Tell = _silent) -> list[Stretch]:
+    """Return the stretches of a run's directory or a CSV file. Raises ValueError when it holds none.
+
+    ``tell`` is called with what whoever recorded it should know.
+    """
     file = path / "control.csv" if path.is_dir() else path
     table, names = _table(file)
     chosen = dict(columns) if columns else {k: _by_name(name) for k, name in RUN_COLUMNS.items() if name in names}
@@ -113,7 +121,7 @@ def read_voyage(path: Path, columns: Mapping[str, Column] | None = None) -> list
             f"{what}; its columns are {', '.join(names)}; name them with --columns time=COLUMN heading=COLUMN ..."
         )
     values = {meaning: _numbers(table[column.name], column) for meaning, column in chosen.items()}
-    found = _stretches(str(path), values)
+    found = _stretches(str(path), values, tell)
     if not found:
         raise ValueError(f"holds no stretch of {_SHORTEST_S:g} s and more with heading, commands and speed")
     return found
@@ -150,27 +158,49 @@ def _held(value: Array) -> Array:
     return np.where(newest >= 0, value[newest], math.nan)
 
 
-def _stretches(source: str, values: dict[str, Array]) -> list[Stretch]:
-    # before rows are left out: a log of two sources tells commands where it tells no heading
-    values = values | {name: _held(values[name]) for name in _COMMANDS if name in values}
-    time = values["time"]
-    good = np.isfinite(time) & np.isfinite(values["heading"]) & np.isfinite(values["yaw_rate"])
-    for name in _COMMANDS:
-        good &= np.isfinite(values.get(name, 0.0))
-    if "armed" in values:
-        good &= values["armed"] > 0.5
+def _stretches(source: str, values: dict[str, Array], tell: Tell) -> list[Stretch]:
     speeds = "surge" in values and "sway" in values
-    place = "lat" in values and "lon" in values
-    if not speeds and not place:
+    if not speeds and not ("lat" in values and "lon" in values):
         raise ValueError("neither surge and sway nor lat and lon: name the columns that hold the motion over ground")
-    good &= np.isfinite(values["surge"] + values["sway"]) if speeds else np.isfinite(values["lat"] + values["lon"])
+    rows = np.flatnonzero(np.isfinite(values["time"]))
+    back = np.flatnonzero(np.diff(values["time"][rows]) < 0.0) + 1
+    if len(back):
+        tell(_steps_back(values["time"][rows], back))
+    found = []
+    for going_on in np.split(rows, back):
+        part = {name: value[going_on] for name, value in values.items()}
+        # before rows are left out: a log of two sources tells commands where it tells no heading
+        part |= {name: _held(part[name]) for name in _COMMANDS if name in part}
+        found += [_even(source, whole, speeds) for whole in _without_gaps(part, speeds)]
+    return found
+
+
+def _steps_back(time: Array, back: Array) -> str:
+    """What is told of a clock that began again, or was set: nothing may be reckoned over that moment."""
+    first = back[0]
+    times = "once" if len(back) == 1 else f"{len(back)} times"
+    return (
+        f"time steps back {times} (first from {time[first - 1]:g} to {time[first]:g} s): "
+        "what comes after is taken as another record"
+    )
+
+
+def _without_gaps(part: dict[str, Array], speeds: bool) -> list[dict[str, Array]]:
+    """The parts of a record, whose time never steps back, in which nothing is lost for long."""
+    time = part["time"]
+    good = np.isfinite(part["heading"]) & np.isfinite(part["yaw_rate"])
+    for name in _COMMANDS:
+        good &= np.isfinite(part.get(name, 0.0))
+    if "armed" in part:
+        good &= part["armed"] > 0.5
+    good &= np.isfinite(part["surge"] + part["sway"]) if speeds else np.isfinite(part["lat"] + part["lon"])
     kept = np.flatnonzero(good)
     if len(kept) < 2:
         return []
     kept = kept[np.concatenate([[True], np.diff(time[kept]) > 1e-6])]
     cuts = np.flatnonzero(np.diff(time[kept]) > _LOST_S) + 1
-    parts = [part for part in np.split(kept, cuts) if time[part[-1]] - time[part[0]] > _SHORTEST_S]
-    return [_even(source, {name: value[part] for name, value in values.items()}, speeds) for part in parts]
+    long = [rows for rows in np.split(kept, cuts) if time[rows[-1]] - time[rows[0]] > _SHORTEST_S]
+    return [{name: value[rows] for name, value in part.items()} for rows in long]
 
 
 def _even(source: str, part: dict[str, Array], speeds: bool) -> Stretch:

@@ -5,8 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from companion.cli import main
 from companion.tuning.hull_arrays import STEP_S
 from companion.tuning.voyages import Column, read_voyage
+from companion.tuning.windows import cut
 
 NAMES = ("time", "heading", "surge", "sway", "yaw_rate", "port", "starboard")
 COLUMNS = {name: Column(name) for name in NAMES}
@@ -62,3 +64,36 @@ def test_before_the_first_command_nobody_knows_what_the_propellers_did(tmp_path)
     late = written(tmp_path / "late.csv", rows_of(60.0), port=lambda k, x: "" if k < 200 else f"{x:g}")
     (stretch,) = read_voyage(late, COLUMNS)
     assert stretch.start_s == pytest.approx(20.0)
+
+
+def test_a_clock_that_begins_again_begins_another_stretch_and_is_told(tmp_path):
+    """Two logs in one file: all of the second was read between the seconds of the first."""
+    first, second, told = rows_of(60.0), rows_of(40.0), []
+    two = written(tmp_path / "two.csv", [*first, *second])
+    stretches = read_voyage(two, COLUMNS, told.append)
+    assert [round(stretch.seconds) for stretch in stretches] == [60, 40]
+    for stretch, rows in zip(stretches, (first, second), strict=True):
+        (alone,) = read_voyage(written(tmp_path / "alone.csv", rows), COLUMNS)
+        np.testing.assert_allclose(stretch.psi_rad, alone.psi_rad)
+    windows = cut([*stretches, *read_voyage(written(tmp_path / "more.csv", rows_of(60.0)), COLUMNS)])
+    assert not windows.follows[[0, round(60.0 // 16.0)]].any()
+    assert told == ["time steps back once (first from 59.9 to 0 s): what comes after is taken as another record"]
+
+
+def test_a_clock_that_is_set_back_by_seconds_is_a_cut(tmp_path):
+    rows = rows_of(60.0)
+    for row in rows[300:]:
+        row["time"] -= 3.0
+    (early, late) = read_voyage(written(tmp_path / "set.csv", rows), COLUMNS)
+    assert (early.start_s, late.start_s) == (pytest.approx(0.0), pytest.approx(27.0))
+    assert early.seconds + late.seconds == pytest.approx(60.0, abs=0.3)
+
+
+def test_what_is_cut_is_told_to_whoever_fits(tmp_path, capsys):
+    two = written(tmp_path / "two.csv", [*rows_of(20.0), *rows_of(20.0)])
+    named = [f"{name}={name}" for name in NAMES]
+    assert (
+        main(["tune", "vessel", str(two), "--vessel", "otter", "--columns", *named, "-o", str(tmp_path / "o.toml")])
+        == 1
+    )
+    assert "two.csv: time steps back once" in capsys.readouterr().out
