@@ -27,6 +27,10 @@ Tell = Callable[[str], None]
 _LOST_S: Final = 0.7
 """A record that is silent for longer goes on as another stretch."""
 _SHORTEST_S: Final = 5.0
+_SELDOM_S: Final = _LOST_S
+_CLOCKS: Final = {"ms": 1e3, "us": 1e6, "ns": 1e9}
+_OFTEN_S: Final = 0.004
+"""No logger of a boat writes oftener: a shorter period is not what a unit of time is guessed by."""
 SMOOTH_STEPS: Final = 21
 """Over so many steps, 1 s, velocities are taken from places; the model's are smoothed alike."""
 _MEANINGS: Final = (
@@ -123,8 +127,37 @@ def read_voyage(path: Path, columns: Mapping[str, Column] | None = None, tell: T
     values = {meaning: _numbers(table[column.name], column) for meaning, column in chosen.items()}
     found = _stretches(str(path), values, tell)
     if not found:
-        raise ValueError(f"holds no stretch of {_SHORTEST_S:g} s and more with heading, commands and speed")
+        raise ValueError(_why_none(values, chosen))
     return found
+
+
+def _why_none(values: dict[str, Array], chosen: Mapping[str, Column]) -> str:
+    """Why a table holds no stretch: an empty column, a vessel at rest, rows that come too seldom, or too many gaps."""
+    places = not {"surge", "sway"} <= values.keys()
+    needed = [*_NEEDED, *(("lat", "lon") if places else ("surge", "sway"))]
+    for name in needed:
+        if not np.isfinite(values[name]).any():
+            return f"column {chosen[name].name} ({name}) holds no number in any row"
+    if "armed" in values and not (values["armed"] > 0.5).any():
+        return f"column {chosen['armed'].name} (armed) is never 1: it was never under way"
+    motion = [np.isfinite(values[name]) for name in needed if name not in _COMMANDS]
+    steps = np.diff(values["time"][np.logical_and.reduce(motion)])
+    if len(steps) < 2:
+        return f"hardly a row holds {', '.join(name for name in needed if name not in _COMMANDS)} together"
+    period_s = float(np.median(steps))
+    if period_s > _SELDOM_S:
+        unit = _unit(period_s, chosen["time"])
+        return f"a row comes every {period_s:.3g} s; a fit needs one every {_SELDOM_S:g} s or oftener{unit}"
+    lasts_s = math.fsum(steps[steps > 0.0])
+    return f"holds no stretch of {_SHORTEST_S:g} s and more without a gap of {_LOST_S:g} s; it lasts {lasts_s:.3g} s in all"
+
+
+def _unit(period_s: float, time: Column) -> str:
+    """The unit that a time looks to be in, with the mend; "" when it looks like seconds."""
+    for unit, scale in _CLOCKS.items():
+        if _OFTEN_S <= period_s / scale <= _SELDOM_S:
+            return f"; is {time.name} in {unit}? then --columns time={time.name},{time.zero:g},{scale * time.scale:g}"
+    return ""
 
 
 def _by_name(name: str) -> Column:

@@ -7,7 +7,7 @@ import pytest
 
 from companion.cli import main
 from companion.tuning.hull_arrays import STEP_S
-from companion.tuning.voyages import Column, read_voyage
+from companion.tuning.voyages import Column, parse_columns, read_voyage
 from companion.tuning.windows import cut
 
 NAMES = ("time", "heading", "surge", "sway", "yaw_rate", "port", "starboard")
@@ -97,3 +97,35 @@ def test_what_is_cut_is_told_to_whoever_fits(tmp_path, capsys):
         == 1
     )
     assert "two.csv: time steps back once" in capsys.readouterr().out
+
+
+def refused(file, columns=COLUMNS):
+    with pytest.raises(ValueError, match=r"\w") as caught:
+        read_voyage(file, columns)
+    return str(caught.value)
+
+
+def test_a_time_in_milliseconds_is_refused_with_the_scale_that_mends_it(tmp_path):
+    """It was told that no stretch holds heading, commands and speed: all of them do."""
+    rows = rows_of(60.0)
+    file = written(tmp_path / "ms.csv", rows, time=lambda k, t: f"{1000.0 * t:g}")
+    told = refused(file)
+    assert "a row comes every 100 s" in told
+    scale = told.rpartition("--columns ")[2]
+    assert scale == "time=time,0,1000"
+    assert read_voyage(file, COLUMNS | parse_columns([scale]))[0].seconds == pytest.approx(60.0, abs=0.2)
+
+
+def test_rows_that_come_too_seldom_are_refused_by_their_period(tmp_path):
+    told = refused(written(tmp_path / "slow.csv", rows_of(600.0)[::30]))
+    assert "a row comes every 3 s; a fit needs one every" in told
+    assert "ms" not in told
+
+
+def test_an_empty_column_and_a_vessel_that_never_sailed_are_named(tmp_path):
+    rows = rows_of(60.0)
+    empty = written(tmp_path / "empty.csv", rows, sway=lambda k, x: "")
+    assert refused(empty) == "column sway (sway) holds no number in any row"
+    idle = written(tmp_path / "idle.csv", rows, sway=lambda k, x: 0)
+    assert "sway (armed) is never 1" in refused(idle, COLUMNS | {"sway": Column("surge"), "armed": Column("sway")})
+    assert "it lasts 3" in refused(written(tmp_path / "short.csv", rows[:32]))
