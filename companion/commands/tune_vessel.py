@@ -111,6 +111,7 @@ def _sailed_by(run: Path) -> VesselConfig:
 
 
 def _stretches(runs: list[Path], columns: list[str]) -> list[Any]:
+    from ..tuning.plausible import disbelieved
     from ..tuning.voyages import parse_columns, read_voyage
 
     try:
@@ -120,7 +121,10 @@ def _stretches(runs: list[Path], columns: list[str]) -> list[Any]:
     found: list[Any] = []
     for run in runs:
         try:
-            found += read_voyage(run, chosen, partial(_say_of, run))
+            stretches = read_voyage(run, chosen, partial(_say_of, run))
+            if text := disbelieved(stretches, chosen or None):
+                raise ConfigError(str(run), [text])
+            found += stretches
         except (OSError, ValueError) as error:
             raise ConfigError(str(run), [getattr(error, "strerror", None) or str(error)]) from None
     return found

@@ -37,22 +37,6 @@ _MEANINGS: Final = (
     *("time", "heading", "port", "starboard", "rudder", "surge", "sway", "yaw_rate", "lat", "lon", "armed"),
     *("fix_north", "fix_east", "fix_age"),
 )
-RUN_COLUMNS: Final = {
-    "time": "t_s",
-    "heading": "heading_deg",
-    "port": "thruster_port",
-    "starboard": "thruster_starboard",
-    "rudder": "rudder_port_deg",
-    "surge": "speed_mps",
-    "yaw_rate": "yaw_rate_dps",
-    "lat": "lat_deg",
-    "lon": "lon_deg",
-    "armed": "armed",
-    "fix_north": "fix_n_mps",
-    "fix_east": "fix_e_mps",
-    "fix_age": "fix_age_s",
-}
-"""control.csv of a run. Without fixes, sway comes from the places."""
 _NEEDED: Final = ("time", "heading", "port", "yaw_rate")
 _COMMANDS: Final = ("port", "starboard", "rudder")
 
@@ -64,6 +48,25 @@ class Column:
     name: str
     zero: float = 0.0
     scale: float = 1.0
+
+
+_DEGREE: Final = 180.0 / math.pi
+RUN_COLUMNS: Final = {
+    "time": Column("t_s"),
+    "heading": Column("heading_deg", 0.0, _DEGREE),
+    "port": Column("thruster_port"),
+    "starboard": Column("thruster_starboard"),
+    "rudder": Column("rudder_port_deg", 0.0, _DEGREE),
+    "surge": Column("speed_mps"),
+    "yaw_rate": Column("yaw_rate_dps", 0.0, _DEGREE),
+    "lat": Column("lat_deg"),
+    "lon": Column("lon_deg"),
+    "armed": Column("armed"),
+    "fix_north": Column("fix_n_mps"),
+    "fix_east": Column("fix_e_mps"),
+    "fix_age": Column("fix_age_s"),
+}
+"""control.csv of a run. Without fixes, sway comes from the places."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +86,8 @@ class Stretch:
     """Sway is smoothed over ``SMOOTH_STEPS``."""
     age_s: Array | None = None
     """Where velocities come from fixes: how old each was at its step; there is none, and surge and sway are NaN, where none came."""
+    track: tuple[Array, Array] | None = None
+    """Surge and sway that the places make, where a record tells speeds and places."""
 
     @property
     def seconds(self) -> float:
@@ -116,7 +121,7 @@ def read_voyage(path: Path, columns: Mapping[str, Column] | None = None, tell: T
     """
     file = path / "control.csv" if path.is_dir() else path
     table, names = _table(file)
-    chosen = dict(columns) if columns else {k: _by_name(name) for k, name in RUN_COLUMNS.items() if name in names}
+    chosen = dict(columns) if columns else {k: column for k, column in RUN_COLUMNS.items() if column.name in names}
     missing = [meaning for meaning in _NEEDED if meaning not in chosen]
     absent = [column.name for column in chosen.values() if column.name not in names]
     if missing or absent:
@@ -158,12 +163,6 @@ def _unit(period_s: float, time: Column) -> str:
         if _OFTEN_S <= period_s / scale <= _SELDOM_S:
             return f"; is {time.name} in {unit}? then --columns time={time.name},{time.zero:g},{scale * time.scale:g}"
     return ""
-
-
-def _by_name(name: str) -> Column:
-    return Column(
-        name, 0.0, 180.0 / math.pi if name.endswith(("_deg", "_dps")) and name[:3] not in ("lat", "lon") else 1.0
-    )
 
 
 def _table(file: Path) -> tuple[dict[str, list[str]], list[str]]:
@@ -265,7 +264,13 @@ def _even(source: str, part: dict[str, Array], speeds: bool) -> Stretch:
         rate=smooth(part["yaw_rate"]),
         from_places=not speeds and fixes is None,
         age_s=age,
+        track=_from_places(part, psi, smooth) if speeds and _placed(part) else None,
     )
+
+
+def _placed(part: dict[str, Array]) -> bool:
+    """Whether every row tells where the vessel was."""
+    return all(name in part and np.isfinite(part[name]).all() for name in ("lat", "lon"))
 
 
 def _from_fixes(part: dict[str, Array], grid: Array) -> tuple[Array, Array, Array] | None:

@@ -1,16 +1,20 @@
 """Logs of other recorders, as a fit reads them: what is missing, out of order or in another unit is never taken for motion."""
 
 import math
+import re
 
 import numpy as np
 import pytest
 
 from companion.cli import main
 from companion.tuning.hull_arrays import STEP_S
+from companion.tuning.plausible import disbelieved
 from companion.tuning.voyages import Column, parse_columns, read_voyage
 from companion.tuning.windows import cut
 
 NAMES = ("time", "heading", "surge", "sway", "yaw_rate", "port", "starboard")
+PLACES = {"lat": Column("lat"), "lon": Column("lon")}
+EARTH_M = 6.371e6
 COLUMNS = {name: Column(name) for name in NAMES}
 PERIOD_S = 0.1
 
@@ -20,20 +24,31 @@ def rows_of(seconds):
     found = []
     for k in range(round(seconds / PERIOD_S)):
         t = PERIOD_S * k
-        throttle = 0.3 + 0.1 * (int(t / 10.0) % 5)
+        throttle = 0.4 + 0.1 * (int(t / 10.0) % 5)
         heading, rate = 2.0 * math.sin(0.1 * t), 0.2 * math.cos(0.1 * t)
         found.append({"time": t, "heading": heading, "surge": 2.0 * throttle, "sway": 0.0, "yaw_rate": rate})
-        found[-1] |= {"port": throttle + 0.5 * rate, "starboard": throttle - 0.5 * rate}
-    return found
+        found[-1] |= {"port": throttle + rate, "starboard": throttle - rate}
+    return placed(found)
+
+
+def placed(rows):
+    """Add where she is."""
+    north = east = 0.0
+    for row in rows:
+        cosine, sine = math.cos(row["heading"]), math.sin(row["heading"])
+        north += PERIOD_S * (cosine * row["surge"] - sine * row["sway"])
+        east += PERIOD_S * (sine * row["surge"] + cosine * row["sway"])
+        row |= {"lat": math.degrees(north / EARTH_M), "lon": math.degrees(east / EARTH_M)}
+    return rows
 
 
 def written(path, rows, **changed):
     """Write a table; ``changed`` gives a column's cells from their row's number and value."""
-    lines = [",".join(NAMES)]
+    names = (*NAMES, *PLACES)
+    lines = [",".join(names)]
     for k, row in enumerate(rows):
-        lines.append(
-            ",".join(str(changed[name](k, row[name])) if name in changed else f"{row[name]:g}" for name in NAMES)
-        )
+        told = (changed[name](k, row[name]) if name in changed else row[name] for name in names)
+        lines.append(",".join(x if isinstance(x, str) else f"{x:.9g}" for x in told))
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
 
@@ -129,3 +144,83 @@ def test_an_empty_column_and_a_vessel_that_never_sailed_are_named(tmp_path):
     idle = written(tmp_path / "idle.csv", rows, sway=lambda k, x: 0)
     assert "sway (armed) is never 1" in refused(idle, COLUMNS | {"sway": Column("surge"), "armed": Column("sway")})
     assert "it lasts 3" in refused(written(tmp_path / "short.csv", rows[:32]))
+
+
+def times(factor):
+    return lambda k, x: factor * x
+
+
+@pytest.mark.parametrize(
+    ("changed", "found", "mend"),
+    [
+        ({"yaw_rate": times(-1.0)}, "heading turns -1 times as fast", "yaw_rate=yaw_rate,0,-1"),
+        ({"yaw_rate": times(57.2958)}, "heading turns 0.0175 times as fast", "yaw_rate=yaw_rate,0,57.296"),
+        ({"yaw_rate": times(0.5)}, "heading turns 2 times as fast", "yaw_rate=yaw_rate,0,0.5"),
+        ({"heading": lambda k, x: math.degrees(x) % 360.0}, "times as fast", "heading=heading,0,57.296"),
+        ({"heading": lambda k, x: 0.5 * math.pi - x}, "heading turns -1 times", "heading=heading,1.5708,-1"),
+        (
+            {"heading": times(57.2958), "yaw_rate": times(57.2958)},
+            "in degrees",
+            "heading=heading,0,57.296 yaw_rate=yaw_rate,0,57.296",
+        ),
+        (
+            {"surge": times(3.6)},
+            "surge (column surge) is 3.60 times what the places tell; is it in km/h",
+            "surge=surge,0,3.6",
+        ),
+        ({"surge": times(1.944)}, "in knots", "surge=surge,0,1.944"),
+        ({"surge": times(-1.0)}, "is its sign right", "surge=surge,0,-1"),
+        ({"sway": times(-1.0)}, "sway (column sway) is -1.03 times what the places tell", "sway=sway,0,-1"),
+    ],
+)
+def test_a_column_in_another_unit_or_sense_is_named_with_the_mend_that_mends_it(tmp_path, changed, found, mend):
+    """Each was fitted and offered for adoption, or called rough water."""
+    rows = rows_of(120.0)
+    for row in rows:
+        row["sway"] = -2.0 * row["yaw_rate"]
+    file, columns = written(tmp_path / "log.csv", placed(rows), **changed), COLUMNS | PLACES
+    told = disbelieved(read_voyage(file, columns), columns)
+    assert found in told
+    given = re.search(r"--columns ((?:\w+=[-\w.,]+ ?)+)", told)[1].split()
+    assert given == mend.split()
+    mended = columns | parse_columns(given)
+    assert disbelieved(read_voyage(file, mended), mended) == ""
+
+
+@pytest.mark.parametrize(
+    ("changed", "mend"),
+    [
+        ({"surge": times(-1.0)}, "is the sign of surge right? --columns surge=surge,0,-1"),
+        ({"port": times(-1.0), "starboard": times(-1.0)}, "--columns port=port,0,-1 starboard=starboard,0,-1"),
+    ],
+)
+def test_a_boat_that_goes_astern_by_a_throttle_ahead_is_told_which_column_is_reversed(tmp_path, changed, mend):
+    """Without places: which way she turns tells whether throttle or speed is the wrong way round."""
+    stretches = read_voyage(written(tmp_path / "log.csv", rows_of(120.0), **changed), COLUMNS)
+    told = disbelieved(stretches, COLUMNS)
+    assert "she goes astern when the throttle pushes ahead (correlation -" in told
+    assert mend in told
+    assert told.count("--columns") == 1
+
+
+def test_headings_of_another_boat_are_not_taken(tmp_path):
+    strange = written(tmp_path / "log.csv", rows_of(120.0), heading=lambda k, x: math.sin(0.37 * k * PERIOD_S))
+    assert "do not tell of the same turns" in disbelieved(read_voyage(strange, COLUMNS), COLUMNS)
+
+
+def test_a_run_of_ones_own_is_sent_to_its_sensors(tmp_path):
+    stretches = read_voyage(written(tmp_path / "log.csv", rows_of(120.0), yaw_rate=times(-1.0)), COLUMNS)
+    told = disbelieved(stretches)
+    assert "look at sensors, leads and channels" in told
+    assert "--columns" not in told
+
+
+def test_a_log_that_is_not_believed_is_not_fitted(tmp_path, capsys):
+    file = written(tmp_path / "log.csv", rows_of(120.0), yaw_rate=times(-1.0))
+    named = [f"{name}={name}" for name in NAMES]
+    assert (
+        main(["tune", "vessel", str(file), "--vessel", "otter", "--columns", *named, "-o", str(tmp_path / "o.toml")])
+        == 2
+    )
+    assert "then --columns yaw_rate=yaw_rate,0,-1" in capsys.readouterr().err
+    assert not (tmp_path / "o.toml").exists()
