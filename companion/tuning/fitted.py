@@ -234,7 +234,8 @@ def doubt(fit: Fit) -> str:
         )
     if yaw > _UNEXPLAINED_YAW:
         found.append(f"her turning is hardly explained (error {yaw:.2f}): waves turned her more than her helm")
-    return f"DO NOT adopt this file: {' and '.join(found)}; sail a trial in calmer water" if found else ""
+    mend = "if it was calm, a column, sensor or lead is wrong; else sail a trial in calmer water"
+    return f"DO NOT adopt this file: {' and '.join(found)}; {mend}" if found else ""
 
 
 def care(fit: Fit) -> str:

@@ -1,7 +1,8 @@
 """Whether the columns of a log can be what they are said to be: signs and scales, asked of the boat's own motion.
 
 A fit believes its record. A sign or a unit that is wrong goes into coefficients, or looks like a rough sea; what a boat cannot do is seen
-before: a heading that turns against its own rate, a hull that goes astern the faster the more its propellers push ahead.
+before: a heading that turns against its own rate, a hull that goes astern the faster the more its propellers push ahead or turns away from
+where its helm turns it.
 """
 
 from __future__ import annotations
@@ -34,6 +35,8 @@ _DEGREES: Final = (30.0, 85.0)
 """A ratio that is one of degrees to radians, and no other unit's: headings that wrap at 360 make it smaller."""
 _OPPOSITE: Final = -0.5
 """Speed against throttle: trials of right records came to 0.2 at least, in a current of 1 m/s too; with a wrong sign to -0.9."""
+_WRONG_WAY: Final = -0.3
+"""Rate of turn against a helm that is well over: right records came to 0.05 at least, boats with crossed leads to -0.35 at most."""
 _PUSHED_S: Final = 3.0
 """A hull takes on way in about so long after its propellers: more or less changes the correlation little."""
 _LEAST_THROTTLE, _LEAST_MPS = 0.1, 0.15
@@ -80,7 +83,7 @@ def disbelieved(stretches: Sequence[Stretch], columns: Mapping[str, Column] | No
 
     ``columns``: as they were named; None: of a run of the vessel's own, whose columns are right and whose sensors or leads are not.
     """
-    for judge in (_heading, _track, _ahead):
+    for judge in (_heading, _track, _ahead, _turned):
         if text := judge(stretches, RUN_COLUMNS if columns is None else columns):
             return text if columns is not None else f"{text.partition('; ')[0]}; {_ON_BOARD}"
     return ""
@@ -203,6 +206,27 @@ def _reversed(stretches: Sequence[Stretch], columns: Mapping[str, Column]) -> It
         names = [name for name in ("port", "starboard") if name in columns]
         mends = " ".join(_scaled(name, columns[name], -1.0).removeprefix("--columns ") for name in names)
         yield f"is the sign of the throttle right? --columns {mends} would be"
+
+
+def _turned(stretches: Sequence[Stretch], columns: Mapping[str, Column]) -> str:
+    """A helm that turns her the other way."""
+    for helm, found in helms_of(stretches).items():
+        if found.correlation < _WRONG_WAY:
+            if helm == "rudder":
+                mend = f"is its sign right? {_scaled('rudder', columns['rudder'], -1.0)} would be"
+            else:
+                mend = f"are they swapped? then --columns {_swapped(columns)}"
+            said = f"she turns to port where {helm} should turn her to starboard (correlation {found.correlation:.2f})"
+            return f"{said}; {mend}; or are heading, yaw_rate and sway counted to port?"
+    return ""
+
+
+def _swapped(columns: Mapping[str, Column]) -> str:
+    sides = ("port", "starboard")
+    return " ".join(
+        _scaled(side, columns[other], 1.0).removeprefix("--columns ")
+        for side, other in zip(sides, sides[::-1], strict=True)
+    )
 
 
 def _scaled(name: str, column: Column, times: float) -> str:

@@ -28,6 +28,13 @@ _LOST_S: Final = 0.7
 """A record that is silent for longer goes on as another stretch."""
 _SHORTEST_S: Final = 5.0
 _SELDOM_S: Final = _LOST_S
+_FULL: Final = 1.05
+"""A pulse of 1100 us for full astern, where the middle is 1511 and full ahead 400 more, comes to 1.03."""
+_RUDDER_RAD: Final = 0.5 * math.pi
+_SPIKES: Final = 0.01
+"""Share of the values beyond, up to which they are spikes; what is more is a unit."""
+_PULSES_US: Final = (700.0, 2300.0)
+_PERCENT: Final = (10.0, 110.0)
 _CLOCKS: Final = {"ms": 1e3, "us": 1e6, "ns": 1e9}
 _OFTEN_S: Final = 0.004
 """No logger of a boat writes oftener: a shorter period is not what a unit of time is guessed by."""
@@ -130,10 +137,40 @@ def read_voyage(path: Path, columns: Mapping[str, Column] | None = None, tell: T
             f"{what}; its columns are {', '.join(names)}; name them with --columns time=COLUMN heading=COLUMN ..."
         )
     values = {meaning: _numbers(table[column.name], column) for meaning, column in chosen.items()}
+    for name in (command for command in _COMMANDS if command in values):
+        values[name] = _in_range(name, values[name], chosen[name], tell)
     found = _stretches(str(path), values, tell)
     if not found:
         raise ValueError(_why_none(values, chosen))
     return found
+
+
+def _in_range(name: str, value: Array, column: Column, tell: Tell) -> Array:
+    """A command without its spikes. Raises ValueError where it is in another unit: cut off in silence it would be another command."""
+    most = _RUDDER_RAD if name == "rudder" else _FULL
+    with np.errstate(invalid="ignore"):
+        beyond = np.abs(value) > most
+    if not beyond.any():
+        return value
+    if beyond.sum() > _SPIKES * np.isfinite(value).sum():
+        low, high = (float(np.nanpercentile(value, end)) for end in (0.5, 99.5))
+        unit = "radians" if name == "rudder" else "-1 to 1"
+        raise ValueError(
+            f"{name} (column {column.name}) goes from {low:.4g} to {high:.4g}, and is {unit}; "
+            f"give its zero and scale: --columns {name}={column.name},{_guessed(name, (low, high), column)}"
+        )
+    tell(f"{name} (column {column.name}): {int(beyond.sum())} values beyond what a command can be are left out")
+    return np.where(beyond, math.nan, value)
+
+
+def _guessed(name: str, reach: tuple[float, float], column: Column) -> str:
+    """Zero and scale that such values look to have."""
+    low, high = (column.zero + column.scale * end for end in reach)
+    if name == "rudder":
+        return f"{column.zero:g},57.296 if it is in degrees"
+    if _PULSES_US[0] < low and high < _PULSES_US[1]:
+        return "1500,400 if it is in us"
+    return "0,100 if it is in percent" if _PERCENT[0] < max(abs(low), abs(high)) < _PERCENT[1] else "ZERO,SCALE"
 
 
 def _why_none(values: dict[str, Array], chosen: Mapping[str, Column]) -> str:

@@ -203,6 +203,57 @@ def test_a_boat_that_goes_astern_by_a_throttle_ahead_is_told_which_column_is_rev
     assert told.count("--columns") == 1
 
 
+def test_thrusters_that_are_swapped_are_told(tmp_path):
+    """It was called rough water: the owner sailed again for nothing."""
+    swapped = COLUMNS | {"port": Column("starboard"), "starboard": Column("port")}
+    file = written(tmp_path / "log.csv", rows_of(120.0))
+    told = disbelieved(read_voyage(file, swapped), swapped)
+    assert "she turns to port where port and starboard should turn her to starboard (correlation -" in told
+    assert "are they swapped? then --columns port=port,0,1 starboard=starboard,0,1" in told
+    assert disbelieved(read_voyage(file, COLUMNS), COLUMNS) == ""
+
+
+def test_a_rudder_of_the_wrong_sense_is_told(tmp_path):
+    file = written(
+        tmp_path / "log.csv", rows_of(120.0), starboard=lambda k, x: -2.0 * 0.2 * math.cos(0.1 * k * PERIOD_S)
+    )
+    columns = {name: column for name, column in COLUMNS.items() if name != "starboard"} | {
+        "rudder": Column("starboard")
+    }
+    assert "is its sign right? --columns rudder=starboard,0,-1" in disbelieved(read_voyage(file, columns), columns)
+
+
+@pytest.mark.parametrize(
+    ("sides", "said", "mend"),
+    [
+        (times(100.0), "to 84.9, and is -1 to 1", "port=port,0,100 if it is in percent"),
+        (lambda k, x: 1500.0 + 400.0 * x, "to 1840, and is -1 to 1", "port=port,1500,400 if it is in us"),
+        (times(3.0), "to 2.547, and is -1 to 1", "port=port,ZERO,SCALE"),
+    ],
+)
+def test_a_throttle_in_another_unit_is_refused_and_not_cut_off(tmp_path, sides, said, mend):
+    file = written(tmp_path / "log.csv", rows_of(60.0), port=sides, starboard=sides)
+    told = refused(file)
+    assert said in told
+    assert told.endswith(f"--columns {mend}")
+
+
+def test_a_rudder_in_degrees_is_refused(tmp_path):
+    file = written(tmp_path / "log.csv", rows_of(60.0), sway=lambda k, x: 25.0 * math.sin(0.1 * k))
+    columns = COLUMNS | PLACES | {"rudder": Column("sway")}
+    del columns["sway"]
+    assert "rudder=sway,0,57.296 if it is in degrees" in refused(file, columns)
+
+
+def test_a_few_spikes_are_left_out_and_told(tmp_path):
+    rows, told = rows_of(60.0), []
+    (whole,) = read_voyage(written(tmp_path / "whole.csv", rows), COLUMNS)
+    spiky = written(tmp_path / "spiky.csv", rows, port=lambda k, x: 65535.0 if k in (100, 300) else x)
+    (stretch,) = read_voyage(spiky, COLUMNS, told.append)
+    assert np.abs(stretch.port - whole.port).max() < 0.11
+    assert told == ["port (column port): 2 values beyond what a command can be are left out"]
+
+
 def test_headings_of_another_boat_are_not_taken(tmp_path):
     strange = written(tmp_path / "log.csv", rows_of(120.0), heading=lambda k, x: math.sin(0.37 * k * PERIOD_S))
     assert "do not tell of the same turns" in disbelieved(read_voyage(strange, COLUMNS), COLUMNS)
