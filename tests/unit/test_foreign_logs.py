@@ -137,6 +137,18 @@ def test_rows_that_come_too_seldom_are_refused_by_their_period(tmp_path):
     assert "ms" not in told
 
 
+def test_a_row_a_second_is_read_and_its_limits_are_told(tmp_path):
+    """It was refused as if it held neither heading nor speed."""
+    rows, told = rows_of(120.0), []
+    (whole,) = read_voyage(written(tmp_path / "whole.csv", rows), COLUMNS)
+    (stretch,) = read_voyage(written(tmp_path / "slow.csv", rows[::10]), COLUMNS, told.append)
+    assert stretch.seconds == pytest.approx(119.0)
+    assert stretch.psi_rad == pytest.approx(whole.psi_rad[: len(stretch.psi_rad)], abs=0.01)
+    assert told == ["a row comes every 1 s: what is quicker (lags, yaw inertia) is told roughly; five a second tell it"]
+    lost = [row for k, row in enumerate(rows[::10]) if not 50 <= k < 53]
+    assert len(read_voyage(written(tmp_path / "lost.csv", lost), COLUMNS)) == 2
+
+
 def test_an_empty_column_and_a_vessel_that_never_sailed_are_named(tmp_path):
     rows = rows_of(60.0)
     empty = written(tmp_path / "empty.csv", rows, sway=lambda k, x: "")
