@@ -160,7 +160,7 @@ def _below(value: float) -> str:
 
 
 def _tell(fit: Any, rows: list[tuple[str, str, str]], gains: Any) -> None:
-    from ..tuning.fitted import care, doubt
+    from ..tuning.fitted import care, doubt, strayed
     from ..tuning.problem import RATE_FILTER_S
 
     print(f"{'':40} {'before':>10} {'fitted':>10}")
@@ -170,6 +170,8 @@ def _tell(fit: Any, rows: list[tuple[str, str, str]], gains: Any) -> None:
     said = (f"{n} {a:.2f} (before {b:.2f})" for n, a, b in zip(names, fit.errors, fit.errors_before, strict=True))
     print(f"error on stretches kept apart, RMS over standard deviation: {', '.join(said)}")
     if text := doubt(fit) or care(fit):
+        print(text)
+    if text := strayed(fit):
         print(text)
     if fit.turning != 1.0:
         print(

@@ -13,7 +13,7 @@ import numpy as np
 from ..core.hull import Handling, VesselConfig
 from ..core.hull.statics import Statics
 from .fit import Fit
-from .fitted import PLACES, Gains, care, doubt
+from .fitted import PLACES, Gains, care, doubt, strayed
 from .seed_fit import SeedGains
 
 _STYLE: Final = (
@@ -56,6 +56,8 @@ def page(
     body = [f"<h1>{html.escape(new.name)}</h1><p>Fitted to {html.escape(source)}.</p>"]
     if text := doubt(fit) or care(fit):
         body.append(f"<p><b>{html.escape(text)}.</b></p>")
+    if text := strayed(fit):
+        body.append(f"<p>{html.escape(text)}</p>")
     body.append(_table(("", "before", "fitted"), rows))
     body += [f"<h2>{html.escape(title)}</h2>{_svg(draw)}" for title, draw in drawings]
     body.append("<h2>Coefficients</h2>" + _table(("", "value", "95 %", ""), [_told(fit, name) for name in fit.values]))

@@ -37,6 +37,12 @@ _UNEXPLAINED_SURGE, _UNEXPLAINED_YAW = 0.75, 0.6
 """Error on stretches kept apart, RMS over standard deviation, from which on most of a motion is not the model's doing. A boat of 9 kg
 in waves for one of 50 came to 0.99, and her way to rest out a third too short; five light boats drawn at random that came to 0.65 and more
 turned up to twice as fast as they do. Trials in waves that a boat is made for stay below 0.3."""
+_UNEXPLAINED_SWAY, _SWAY_MPS = 0.6, 0.15
+"""As of surge and yaw, where what is not explained is more than a receiver's noise, m/s: of a boat that hardly drifts there is nothing
+else. Good records came to 0.39 at most; a sway of the wrong sign to 0.64 and 0.18 m/s, on a boat whose sway inertia was then told eight
+times too large."""
+_STRAYED: Final = 3.0
+"""Files that are wrong by half, and owners' guesses by VESSEL.md, are left by less; km/h for m/s makes 3.6."""
 _FELT: Final = 1.05
 """Intervals that are wider by less look the same."""
 _TOUCHES: Final = 1e-9
@@ -226,16 +232,34 @@ def changes(old: VesselConfig, new: VesselConfig, steering: SteeringConfig) -> l
 
 def doubt(fit: Fit) -> str:
     """Say, to whoever might adopt the file, what the fitted boat does not do as the recorded one did; "" when she does all."""
-    surge, _, yaw = fit.errors
+    surge, sway, yaw = fit.errors
     found = []
     if surge > _UNEXPLAINED_SURGE:
         found.append(
             f"her speed is hardly explained (error {surge:.2f}): wind and current did more than her propellers"
         )
+    if sway > _UNEXPLAINED_SWAY and sway * _spread_of_sway(fit) > _SWAY_MPS:
+        found.append(
+            f"her sideways motion is hardly explained (error {sway:.2f}): the sign of sway is wrong, or she was set about more than turned"
+        )
     if yaw > _UNEXPLAINED_YAW:
         found.append(f"her turning is hardly explained (error {yaw:.2f}): waves turned her more than her helm")
     mend = "if it was calm, a column, sensor or lead is wrong; else sail a trial in calmer water"
     return f"DO NOT adopt this file: {' and '.join(found)}; {mend}" if found else ""
+
+
+def _spread_of_sway(fit: Fit) -> float:
+    """Standard deviation of what was measured, m/s; the error of a motion is told as a share of it."""
+    return float(np.nanstd(fit.samples["measured"][:, 1])) if fit.samples else 0.0
+
+
+def strayed(fit: Fit) -> str:
+    """Name what came out far from what the file said, with its factor; "" when nothing did."""
+    factors = {u.name: fit.values[u.name] / u.start for u in fit.unknowns if u.relative and u.name in PLACES}
+    far = [
+        f"{name} {factor:.2g} times" for name, factor in factors.items() if abs(math.log(factor)) > math.log(_STRAYED)
+    ]
+    return f"far from the file: {', '.join(far)}: are units, signs and mass right?" if far else ""
 
 
 def care(fit: Fit) -> str:
@@ -261,6 +285,8 @@ def as_toml(fit: Fit, vessel: VesselConfig, source: str, day: str) -> str:
         "# Motion tells forces per mass: everything stands in proportion to hull.m11_kg, which is as it was. Intervals are 95 %.",
     ]
     if text := doubt(fit) or care(fit):
+        lines.append(f"# {text}")
+    if text := strayed(fit):
         lines.append(f"# {text}")
     notes["", "stopping_factor"] = "upper end of the 95 % interval over the best estimate"
     _table(lines, "", data, notes)

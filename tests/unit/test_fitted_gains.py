@@ -1,5 +1,7 @@
 """The bandwidth that a fitted file is given: what is not known lowers it only where that helps."""
 
+import contextlib
+import io
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +16,7 @@ from companion.core.steer.yaw_loop import LoopMargins
 from companion.settings import load_vessel
 from companion.tuning import fit as fitting, fit_page
 from companion.tuning.fit import Fit
-from companion.tuning.fitted import Gains, as_toml, care, doubt, fitted_vessel, gains_for
+from companion.tuning.fitted import Gains, as_toml, care, doubt, fitted_vessel, gains_for, strayed
 from companion.tuning.hull_arrays import coefficients
 from companion.tuning.unknowns import FitUnknown
 from tools.benches.cells.foreign_hulls import bare, rudderless, single_screw
@@ -67,6 +69,41 @@ def test_a_boat_that_waves_turn_more_than_her_helm_gets_a_file_that_says_so():
     less = replace(good, errors=(0.14, 0.19, 0.52), wider=2.2)
     assert doubt(less) == care(good) == care(thrown) == ""
     assert "intervals are 2.2 times as wide" in as_toml(less, vessel, "run-1", "2026-11-25").split("[hull]")[0]
+
+
+def test_a_sideways_motion_that_nothing_explains_is_doubted_unless_it_is_noise():
+    """The sign of sway was wrong: m22 of 515 kg on a boat of 30, and the file was offered for adoption."""
+    vessel = single_screw()
+    sway = np.resize([0.3, -0.3], (50, 4))
+    swung = replace(
+        fit_of(vessel, "m22", 0.1), errors=(0.09, 0.64, 0.05), samples={"measured": np.stack([sway] * 3, axis=1)}
+    )
+    assert "sideways motion is hardly explained (error 0.64): the sign of sway is wrong" in doubt(swung)
+    assert doubt(replace(swung, errors=(0.09, 0.4, 0.05))) == ""
+    # a boat that hardly drifts: what her receiver scatters by is all the sway there is
+    assert (
+        doubt(replace(swung, errors=(0.09, 0.95, 0.05), samples={"measured": np.stack([0.2 * sway] * 3, axis=1)})) == ""
+    )
+
+
+def test_what_came_out_far_from_the_file_is_named_with_its_factor():
+    """Speeds in km/h made thrust 3.6 times the bollard pull, without a word."""
+    vessel = single_screw()
+    fit = fit_of(vessel, "ahead", 0.1)
+    pull = coefficients(vessel)["ahead"]
+    fast = replace(fit, values={"ahead": 3.6 * pull})
+    assert strayed(fast) == "far from the file: ahead 3.6 times: are units, signs and mass right?"
+    assert strayed(replace(fit, values={"ahead": pull / 3.6})).startswith("far from the file: ahead 0.28 times")
+    assert strayed(replace(fit, values={"ahead": 2.0 * pull})) == strayed(fit) == ""
+    for said in (as_toml(fast, vessel, "run-1", "2026-11-25").split("[hull]")[0], told(fast)):
+        assert "far from the file: ahead 3.6 times" in said
+
+
+def told(fit):
+    """What the command prints of a fit."""
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        tune_vessel._tell(fit, [], gains_of((9.0, 50.0)))
+    return out.getvalue()
 
 
 def test_the_way_to_rest_is_no_longer_for_each_trial_that_is_sailed():
