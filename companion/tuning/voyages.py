@@ -131,7 +131,7 @@ def read_voyage(path: Path, columns: Mapping[str, Column] | None = None, tell: T
     ``tell`` is called with what whoever recorded it should know.
     """
     file = path / "control.csv" if path.is_dir() else path
-    table, names = _table(file)
+    table, names = _table(file, tell)
     chosen = dict(columns) if columns else {k: column for k, column in RUN_COLUMNS.items() if column.name in names}
     missing = [meaning for meaning in _NEEDED if meaning not in chosen]
     absent = [column.name for column in chosen.values() if column.name not in names]
@@ -211,12 +211,17 @@ def _unit(period_s: float, time: Column) -> str:
     return ""
 
 
-def _table(file: Path) -> tuple[dict[str, list[str]], list[str]]:
+def _table(file: Path, tell: Tell) -> tuple[dict[str, list[str]], list[str]]:
     with file.open(newline="", encoding="utf-8-sig") as opened:
         rows = csv.reader(opened)
         names = next(rows, [])
-        kept = [row for row in rows if len(row) == len(names)]
-    return dict(zip(names, map(list, zip(*kept, strict=True)), strict=False)) if kept else {}, names
+        told = [row for row in rows if row]
+    kept = [row[: len(names)] for row in told if len(row) >= len(names) and not any(row[len(names) :])]
+    if told and not kept:
+        raise ValueError(f"its header names {len(names)} columns, and no row has so many ({len(told[0])} in the first)")
+    if len(kept) < len(told):
+        tell(f"rows left out for another number of cells than the header has: {len(told) - len(kept)} of {len(told)}")
+    return {name: [row[k] for row in kept] for k, name in enumerate(names)}, names
 
 
 def _numbers(texts: Sequence[str], column: Column) -> Array:

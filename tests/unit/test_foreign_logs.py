@@ -149,6 +149,26 @@ def test_a_row_a_second_is_read_and_its_limits_are_told(tmp_path):
     assert len(read_voyage(written(tmp_path / "lost.csv", lost), COLUMNS)) == 2
 
 
+def test_a_comma_behind_each_row_is_no_column(tmp_path):
+    """It was a traceback: no row had as many cells as the header."""
+    rows = rows_of(60.0)
+    (whole,) = read_voyage(written(tmp_path / "whole.csv", rows), COLUMNS)
+    head, *lines = (tmp_path / "whole.csv").read_text(encoding="utf-8").splitlines()
+    (tmp_path / "comma.csv").write_text("\n".join([head, *(f"{line}," for line in lines)]) + "\n", encoding="utf-8")
+    (stretch,) = read_voyage(tmp_path / "comma.csv", COLUMNS)
+    np.testing.assert_array_equal(stretch.port, whole.port)
+
+
+def test_rows_of_another_length_are_told_and_all_of_them_refused(tmp_path):
+    head, *lines = written(tmp_path / "a.csv", rows_of(60.0)).read_text(encoding="utf-8").splitlines()
+    told = []
+    (tmp_path / "torn.csv").write_text("\n".join([head, *lines, "1,2,3"]) + "\n", encoding="utf-8")
+    assert len(read_voyage(tmp_path / "torn.csv", COLUMNS, told.append)) == 1
+    assert told == ["rows left out for another number of cells than the header has: 1 of 601"]
+    (tmp_path / "more.csv").write_text("\n".join([head, *(f"{line},7" for line in lines)]) + "\n", encoding="utf-8")
+    assert refused(tmp_path / "more.csv") == "its header names 9 columns, and no row has so many (10 in the first)"
+
+
 def test_an_empty_column_and_a_vessel_that_never_sailed_are_named(tmp_path):
     rows = rows_of(60.0)
     empty = written(tmp_path / "empty.csv", rows, sway=lambda k, x: "")
