@@ -13,7 +13,7 @@ import numpy as np
 from ..core.hull import Handling, VesselConfig
 from ..core.hull.statics import Statics
 from .fit import Fit
-from .fitted import PLACES, Gains, care, doubt, strayed
+from .fitted import PLACES, Gains, care, doubt, interval, strayed
 from .seed_fit import SeedGains
 
 _STYLE: Final = (
@@ -73,7 +73,8 @@ def _told(fit: Fit, name: str) -> tuple[str, str, str, str]:
     """Name, value, interval and unit; angles in degrees, as in the file."""
     unit = PLACES[name][2] if name in PLACES else next((unit for part, unit in _OF_RECORD.items() if part in name), "")
     scale = math.degrees(1.0) if unit == "deg" else 1.0
-    return name, f"{scale * fit.values[name]:.4g}", f"± {2 * scale * fit.spread[name]:.2g}", unit
+    low, high = (scale * end for end in interval(name, fit))
+    return name, f"{scale * fit.values[name]:.4g}", f"{low:.4g} to {high:.4g}", unit
 
 
 def _margins(found: Gains | SeedGains) -> str:

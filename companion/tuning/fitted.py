@@ -306,9 +306,19 @@ def _left(name: str, fit: Fit) -> str:
     return "not told by the record: as it was"
 
 
+def interval(name: str, fit: Fit) -> tuple[float, float]:
+    """The 95 % interval as the fit reckons with it: known as a share of itself, or within what can be, and so never below zero."""
+    unknown, value, spread = next(u for u in fit.unknowns if u.name == name), fit.values[name], fit.spread[name]
+    if unknown.relative:
+        share = math.exp(2.0 * spread / value)
+        return value / share, value * share
+    least, most = (float(unknown.value(end)) for end in (unknown.low, unknown.high))
+    return max(value - 2.0 * spread, least), min(value + 2.0 * spread, most)
+
+
 def _interval(name: str, fit: Fit) -> str:
     scale = math.degrees(1.0) if name == "offset" else 1.0
-    low, high = (scale * (fit.values[name] + sense * 2.0 * fit.spread[name]) for sense in (-1.0, 1.0))
+    low, high = (scale * end for end in interval(name, fit))
     return f"{low:.4g} to {high:.4g} {PLACES[name][2]}".rstrip()
 
 

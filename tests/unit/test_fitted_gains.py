@@ -16,7 +16,7 @@ from companion.core.steer.yaw_loop import LoopMargins
 from companion.settings import load_vessel
 from companion.tuning import fit as fitting, fit_page
 from companion.tuning.fit import Fit
-from companion.tuning.fitted import Gains, as_toml, care, doubt, fitted_vessel, gains_for, strayed
+from companion.tuning.fitted import Gains, as_toml, care, doubt, fitted_vessel, gains_for, interval, strayed
 from companion.tuning.hull_arrays import coefficients
 from companion.tuning.unknowns import FitUnknown
 from tools.benches.cells.foreign_hulls import bare, rudderless, single_screw
@@ -97,6 +97,19 @@ def test_what_came_out_far_from_the_file_is_named_with_its_factor():
     assert strayed(replace(fit, values={"ahead": 2.0 * pull})) == strayed(fit) == ""
     for said in (as_toml(fast, vessel, "run-1", "2026-11-25").split("[hull]")[0], told(fast)):
         assert "far from the file: ahead 3.6 times" in said
+
+
+def test_an_interval_holds_nothing_that_can_not_be():
+    """Drag stood as "-4.8 to 52.9", and sway damping as "-241 to 2651"."""
+    vessel = single_screw()
+    drag = coefficients(vessel)["xu"]
+    wide = fit_of(vessel, "xu", 0.55)
+    low, high = interval("xu", wide)
+    assert (low, high) == (pytest.approx(drag / np.exp(1.1)), pytest.approx(drag * np.exp(1.1)))
+    assert f"# {low:.4g} to {high:.4g} N/(m/s)" in as_toml(wide, vessel, "run-1", "2026-11-25")
+    lost = FitUnknown("speed_loss", 0.02, 0.08, relative=False, low=-0.25, high=5.0)
+    unsure = replace(wide, values={"speed_loss": 0.02}, spread={"speed_loss": 0.05}, unknowns=[lost])
+    assert interval("speed_loss", unsure) == (pytest.approx(0.0), pytest.approx(0.12))
 
 
 def told(fit):
