@@ -264,12 +264,20 @@ def strayed(fit: Fit) -> str:
 
 def care(fit: Fit) -> str:
     """Say what is less sure than usual of a file that may be adopted; "" when nothing is."""
-    if fit.wider < _FELT or doubt(fit):
+    if doubt(fit):
         return ""
-    return (
-        f"take care: waves turned her nearly as hard as her helm (error {fit.errors[2]:.2f}), so intervals are {fit.wider:.1f} times as "
-        "wide as usual, and the way to rest is reckoned longer; a trial in calmer water tells more"
-    )
+    found = []
+    if fit.wider > _FELT:
+        found.append(
+            f"waves turned her nearly as hard as her helm (error {fit.errors[2]:.2f}), so intervals are {fit.wider:.1f} times as "
+            "wide as usual, and the way to rest is reckoned longer; a trial in calmer water tells more"
+        )
+    if fit.unsteady > _FELT:
+        found.append(
+            f"gusts or a current that turns gave and took way, so thrust and drag are told {fit.unsteady:.1f} times as wide as usual, "
+            "and the way to rest is reckoned longer; a trial in less wind tells more"
+        )
+    return f"take care: {'; '.join(found)}" if found else ""
 
 
 def as_toml(fit: Fit, vessel: VesselConfig, source: str, day: str) -> str:

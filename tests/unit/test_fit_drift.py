@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from companion.tuning.drifting import by_window, drift_change, precision_of
+from companion.tuning.fit import ALONG, fit_vessel, unsteadied
+from companion.tuning.fitted import care, fitted_vessel
 from companion.tuning.hull_arrays import STEP_S
 from companion.tuning.noise import Noise
 from companion.tuning.problem import Problem
@@ -81,6 +83,27 @@ def test_a_gust_gives_way_in_its_window_alone():
     # it blows to the north, where the bow points at first
     assert after[20:40, 0, 0].mean() > before[20:40, 0, 0].mean() + 0.01
     np.testing.assert_array_equal(after[:, :, 1:], before[:, :, 1:])
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(
+    ("wander_mps", "wider"), [pytest.param(0.0, False, id="steady"), pytest.param(0.2, True, id="eddies")]
+)
+def test_water_and_air_that_give_and_take_way_make_thrust_and_drag_less_sure(wander_mps, wider):
+    """In gusts ways to rest were told up to a fifth too short, and nothing of it."""
+    water = WaterConfig(current_mps=0.3, current_sigma_mps=wander_mps, current_tau_s=60.0)
+    fit = fit_vessel(bare("otter", 0.3), [sailed(192.0, water)])
+    assert (fit.unsteady > 2.0) is wider
+    assert ("gave and took way" in care(fit)) is wider
+    assert (fitted_vessel(fit).stopping_factor > 1.25) is wider
+
+
+def test_what_goes_on_in_days_of_a_trial_is_steady_and_gusts_are_not():
+    """By how far the current went from window to window: trials in 3 to 6 m/s of wind, and foreign boats in 9."""
+    assert unsteadied(0.01) == unsteadied(0.028) == 1.0
+    assert unsteadied(0.04) == unsteadied(0.056) > 2.0
+    assert {"xu", "xuu", "ahead"} <= set(ALONG)
+    assert not {"m33", "nr", "m22"} & set(ALONG)
 
 
 def test_what_windows_tell_each_other_of_a_steady_current_makes_the_drag_surer():

@@ -99,6 +99,17 @@ def test_what_came_out_far_from_the_file_is_named_with_its_factor():
         assert "far from the file: ahead 3.6 times" in said
 
 
+def test_a_record_in_gusts_says_that_the_way_to_rest_is_told_longer():
+    vessel = single_screw()
+    gusty = replace(fit_of(vessel, "xu", 0.1), unsteady=3.0)
+    assert "thrust and drag are told 3.0 times as wide" in care(gusty)
+    both = care(replace(gusty, wider=1.5, errors=(0.1, 0.1, 0.45)))
+    assert both.count("take care") == 1
+    assert "waves turned her" in both
+    assert "gave and took way" in both
+    assert care(replace(gusty, errors=(0.9, 0.1, 0.1))) == ""
+
+
 def test_an_interval_holds_nothing_that_can_not_be():
     """Drag stood as "-4.8 to 52.9", and sway damping as "-241 to 2651"."""
     vessel = single_screw()
