@@ -185,7 +185,7 @@ def test_a_delay_keeps_station_where_the_plan_stands() -> None:
     assert leg_of(made, 34).maneuver.seq == 2
 
 
-def test_return_goes_to_the_nearest_of_rally_points_and_home_or_is_passed_with_a_word() -> None:
+def test_return_goes_to_the_nearest_rally_point_or_home_or_is_passed_with_a_word() -> None:
     far, near, home = (LAT + 900 * METRE, LON), (LAT + 100 * METRE, LON), (LAT - 10 * METRE, LON)
     made = mission(ReturnHome(0))
     assert leg_of(made, 0) is None
