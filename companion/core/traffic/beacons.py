@@ -19,7 +19,7 @@ _ACTIVE: Final = 14
 _What = TypeVar("_What")
 
 
-class Beacons:
+class DistressBeacons:
     """What is known of each: of as many as there are tracks, those heard last."""
 
     def __init__(self) -> None:

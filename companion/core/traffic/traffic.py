@@ -20,7 +20,7 @@ from ..ais.receiver import AisWord, ReceivedReport
 from ..ais.reports import AidToNavigation, PositionReport, SafetyText, StaticReport, StationClass
 from . import words
 from .aids import Aids
-from .beacons import Beacons
+from .beacons import DistressBeacons
 from .config import TrafficConfig
 from .flags import TrafficFlags, flags_of
 from .health import ReceiverHealth
@@ -67,7 +67,7 @@ class Traffic:
         """What the failsafe warns of."""
         self._seen: dict[JudgedTrack, tuple[Dealing, OtherVessel, _Key]] = {}
         """What the last look at each gave, with her place in the picture's order."""
-        self.beacons = Beacons()
+        self.beacons = DistressBeacons()
         self._texts: list[Text] = []
         self._spoken_us: list[int] = []
         self._changed = False
