@@ -33,6 +33,15 @@ _SLOW_DPS: Final = 20.0
 """and by so much for each second more that a slow compass takes by itself: a boat that holds a course turns no faster for long."""
 _RATE_NEWS_US: Final = 1_200_000
 """A turn rate of its own sensor is news of the heading for so long: one that is heard each second."""
+_RATE_OFF_DPS: Final = 1.0
+"""A turn rate sensor that carried the heading through a silence may be off by so much: those that are sold are off by half of it."""
+_UNSEEN_DPS: Final = 10.0
+"""Without one a vessel may have turned so fast unseen: a light hull that wind or its own way turns."""
+_COURSE_OFF_DEG: Final = 15.0
+"""A course that stood in through a silence is so much more off than a compass: slip, leeway, a current that is not known well."""
+_UNOPPOSED_US: Final = 60_000_000
+"""A heading that the course has contradicted is accepted without a course only after so long: at rest nothing can contradict it,
+and a sound compass must not be locked out for ever."""
 
 
 class HeadingTrack:
@@ -58,7 +67,14 @@ class HeadingTrack:
         self._rate_us = self._leant_us = -_RATE_AGE_MAX_US
         self._refused_since_us: int | None = None
         self._refused_run_us = 0
+        """Since when the refused headings have gone together, and nothing has contradicted them."""
+        self._borne_us: int | None = None
+        """Since when a course that stands in has borne them out."""
         self._refused_rad = 0.0
+        self._contradicted = False
+        """Whether the course has contradicted the headings that are refused."""
+        self._unsure_deg = 0.0
+        """How far off the expected heading may be by the silences since the last one that was believed."""
         self._lost_said = False
         self._jump = ComesAndGoes()
 
@@ -160,6 +176,7 @@ class HeadingTrack:
         self._correct(innovation, self._cov.measure_value(self._variance))
         self.accepted_us = t_us
         self.course_us = None
+        self._unsure_deg = 0.0
 
     @property
     def refusing(self) -> bool:
@@ -176,19 +193,19 @@ class HeadingTrack:
     def hand_over(self, t_us: int, psi_rad: float, period_s: float) -> None:
         """Take the newest heading of another compass, which speaks so often, for the one that was lost."""
         self.move(t_us, psi_rad)
-        self._refused_since_us = self.course_us = None
-        self._lost_said = False
+        self.course_us = None
+        self._end_refusal("")
         self.accepted_us = self._received_us = t_us
         self._interval_s = period_s or self._interval_s
 
     def expects(self, now_us: int, psi_rad: float) -> bool:
-        """Whether a heading is no jump from the expected one."""
-        return self.t_us is not None and abs(wrap_pi(psi_rad - self.at(now_us))) <= self._jump_rad
+        """Whether a heading is no jump from the expected one, if any is expected."""
+        return self.t_us is None or abs(wrap_pi(psi_rad - self.at(now_us))) <= self._jump_rad
 
     def forget(self) -> None:
         """The compass was wrong for some time: nothing of heading and turn rate is known."""
-        self.t_us = self.accepted_us = self.course_us = self._refused_since_us = None
-        self._lost_said = False
+        self.t_us = self.accepted_us = self.course_us = None
+        self._end_refusal("")
 
     def update_rate(self, rate: AngularVelocity) -> None:
         """Take a turn rate."""
@@ -244,8 +261,8 @@ class HeadingTrack:
         self._cov = PairCovariance(self.config.yaw_acceleration_psd, self._variance, _RATE_ANEW_VARIANCE)
         self.psi_rad, self.r_radps, self.t_us = psi_rad, 0.0, t_us
         self.accepted_us = self._received_us = t_us
-        self.course_us = None
-        self._refused_since_us = None
+        self.course_us = self._refused_since_us = None
+        self._contradicted, self._unsure_deg = False, 0.0
 
     def _advance(self, t_us: int) -> None:
         assert self.t_us is not None
@@ -261,42 +278,80 @@ class HeadingTrack:
     def _believable(
         self, t_us: int, since_us: int, psi_rad: float, innovation: float, goes_against: Callable[[float], bool]
     ) -> bool:
-        if self._refused_since_us is None and since_us > self._timeout_us and since_us > self._patience_s() * 1e6:
-            self._start(t_us, psi_rad)  # after silence there is no expectation to jump from
-            return False
         since_s = since_us * 1e-6
+        is_back = since_us > self._timeout_us and since_s > self._patience_s()
+        if is_back:
+            self._unsure_deg = self._turned_unseen_deg(t_us, since_s)
         quickly_s = min(since_s, _STEP_RATE_MAX_S)
         slowly_s = max(0.0, min(since_s, self._interval_s) - _STEP_RATE_MAX_S)
-        gate = math.radians(self._jump_deg + self._rate_max_dps * quickly_s + _SLOW_DPS * slowly_s)
-        if abs(innovation) <= gate:
-            if self._refused_since_us is not None:
-                self._end_refusal("heading is plausible again" if self._jump.ends() else "")
-            return True
-        self._refuse(t_us, psi_rad, innovation, gate, goes_against)
-        return False
+        turned_deg = self._rate_max_dps * quickly_s + _SLOW_DPS * slowly_s + self._unsure_deg
+        gate = math.radians(self._jump_deg + turned_deg)
+        if abs(innovation) > gate:
+            self._refuse(t_us, psi_rad, innovation, gate, goes_against, is_back=is_back)
+            return False
+        starts_anew = is_back or self._unsure_deg > 0.0
+        if self._refused_since_us is not None:
+            self._end_refusal("heading is plausible again" if self._jump.ends() else "")
+        if starts_anew:
+            self._start(t_us, psi_rad)
+        return not starts_anew
+
+    def _stands_in(self, t_us: int) -> bool:
+        """Whether a course stands in for the compass."""
+        return self.course_us is not None and t_us - self.course_us <= _COURSE_AGE_MAX_US
+
+    def _turned_unseen_deg(self, t_us: int, silent_s: float) -> float:
+        """How far the vessel may have turned from what is expected, with the silence that ends now: a course knows of each turn."""
+        if self._stands_in(t_us):
+            return _COURSE_OFF_DEG
+        told = t_us - self._rate_us <= _RATE_NEWS_US
+        return self._unsure_deg + (_RATE_OFF_DPS if told else _UNSEEN_DPS) * silent_s
 
     def _refuse(
-        self, t_us: int, psi_rad: float, innovation: float, gate: float, goes_against: Callable[[float], bool]
+        self,
+        t_us: int,
+        psi_rad: float,
+        innovation: float,
+        gate: float,
+        goes_against: Callable[[float], bool],
+        *,
+        is_back: bool,
     ) -> None:
-        config = self.config
         if self._refused_since_us is None:
-            self._refused_since_us = self._refused_run_us = t_us
-            if self._jump.begins(t_us):
-                self._texts.append((Severity.WARNING, f"Heading jumped by {math.degrees(innovation):.0f} deg: holding"))
+            self._begin_refusal(t_us, math.degrees(innovation), is_back=is_back)
         elif abs(wrap_pi(psi_rad - self._refused_rad)) > gate:
-            self._refused_run_us = t_us  # not even consistent with itself
+            self._refused_run_us, self._borne_us = t_us, None  # not even consistent with itself
         self._refused_rad = psi_rad
         if not self._lost_said and not self.valid(t_us):
             self._lost_said = True
             self._texts.append((Severity.ERROR, "Heading refused: compass contradicts the motion"))
-        if t_us - self._refused_run_us < config.reaccept_s * 1e6:
-            return
-        if not goes_against(psi_rad):
+        if goes_against(psi_rad):
+            self._refused_run_us, self._borne_us, self._contradicted = t_us, None, True
+        elif not self._stands_in(t_us):
+            self._borne_us = None
+        elif self._borne_us is None:
+            self._borne_us = t_us
+        waited_us, anew_us = t_us - self._refused_run_us, self.config.reaccept_s * 1e6
+        is_borne_out = self._borne_us is not None and t_us - self._borne_us >= anew_us
+        if is_borne_out or waited_us >= max(anew_us, _UNOPPOSED_US if self._contradicted else 0.0):
             self._start(t_us, psi_rad)
-            self._end_refusal(f"new heading accepted after {config.reaccept_s:.0f} s")
+            self._end_refusal(f"new heading accepted after {waited_us * 1e-6:.0f} s")
+
+    def _begin_refusal(self, t_us: int, off_deg: float, *, is_back: bool) -> None:
+        self._refused_since_us = self._refused_run_us = t_us
+        self._borne_us, self._contradicted = None, False
+        if not self._jump.begins(t_us):
+            return
+        if is_back:
+            self._lost_said = True
+            self._texts.append(
+                (Severity.ERROR, f"Heading is back {off_deg:.0f} deg off the expected one: not believed")
+            )
+        else:
+            self._texts.append((Severity.WARNING, f"Heading jumped by {off_deg:.0f} deg: holding"))
 
     def _end_refusal(self, text: str) -> None:
         self._refused_since_us = None
-        self._lost_said = False
+        self._lost_said = self._contradicted = False
         if text:
             self._texts.append((Severity.INFO, f"Compass: {text}"))

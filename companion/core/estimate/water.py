@@ -45,6 +45,9 @@ _CORNER_COS: Final = 0.9
 """... when it is 25 degrees off. Only then the share is learnt: on one course the bow turns because the water did."""
 _WAY_MPS: Final = 0.3
 """Below this way the course over ground is the noise of the position."""
+_WITH_COS: Final = 0.6
+"""A way within 53 degrees of where the bow points bears a heading out: slip, leeway and a current that is not known to half a metre a
+second take it no further off."""
 _KEPT_S: Final = 5.0
 _LATELY_S: Final = 60.0
 """So far back the water is remembered, at such intervals: that a propeller is lost is certain 10 to 40 s after it was."""
@@ -224,9 +227,10 @@ class WaterMeans:
         """
         (ground_n, ground_e), (north, east) = ground_mps, self.through_mps(ground_mps)
         cos, sin = math.cos(psi_rad), math.sin(psi_rad)
-        if math.hypot(north, east) < least_mps or north * cos + east * sin >= 0.0:
+        made_mps, over_mps = math.hypot(north, east), math.hypot(ground_n, ground_e)
+        if made_mps < least_mps or north * cos + east * sin >= _WITH_COS * made_mps:
             return False
-        return math.hypot(ground_n, ground_e) < least_mps or ground_n * cos + ground_e * sin < 0.0
+        return over_mps < least_mps or ground_n * cos + ground_e * sin < _WITH_COS * over_mps
 
     @property
     def current_mps(self) -> tuple[float, float] | tuple[None, None]:
