@@ -322,3 +322,40 @@ def test_more_receivers_than_are_kept_do_not_end_the_tick():
                 GpsFix(second * 1_000_000 + number, FixType.FIX_3D, lat_rad, 0.1, hacc_m=1.0, source=source),
             )
     assert choice.used
+
+
+def turned(address: str, off_deg: float, on: tuple[tuple[float, float], ...] = ((0.0, 1e9),)) -> Talker:
+    """A compass that is right until 20 s, and from then on so far off."""
+    return Talker(lambda t_s: f"{address},{(100.0 + (off_deg if t_s > 20.0 else 0.0)) % 360.0:.2f},T", on=on)
+
+
+@pytest.mark.parametrize("off_deg", [60.0, -85.0, 100.0, 170.0])
+def test_a_compass_that_comes_back_far_off_the_one_in_use_does_not_lead_again(off_deg: float) -> None:
+    """It was told to be off, and led all the same after 30 s: she ran away at full thrust, through a fence."""
+    boat = Boat()
+    back = turned("GPHDT", off_deg, ((0.0, 20.0), (30.0, 1e9)))
+    boat.run([back, Talker(heading("HEHDT", 100.0), late_s=0.05)], 300.0)
+    assert None not in boat.yaw_deg[20:]
+    assert max(map(abs, boat.yaw_off(100.0, 2.0))) < 1.0
+    assert boat.said("no longer") == []
+    assert len(boat.said("reads")) >= 1
+
+
+def test_it_leads_again_once_it_agrees() -> None:
+    boat = Boat()
+    back = Talker(
+        lambda t_s: f"GPHDT,{100.0 if not 30.0 < t_s < 120.0 else 270.0:.2f},T", on=((0.0, 20.0), (30.0, 1e9))
+    )
+    boat.run([back, Talker(heading("HEHDT", 100.0), late_s=0.05)], 119.0)
+    assert boat.said("no longer") == []
+    boat.run([back, Talker(heading("HEHDT", 100.0), late_s=0.05)], 160.0)
+    assert boat.said("no longer") == ["Heading: using compass GPHDT, no longer compass HEHDT"]
+
+
+def test_one_that_is_far_off_and_not_yet_known_to_be_does_not_step_in_unchecked() -> None:
+    """The first is silent, and back for two seconds when the second falls silent: too short to be told to be off."""
+    boat = Boat()
+    rate = Talker(lambda t_s: "TIROT,0.0,A")
+    back = turned("GPHDT", 170.0, ((0.0, 20.0), (30.0, 1e9)))
+    boat.run([back, Talker(heading("HEHDT", 100.0), on=((0.0, 32.0),)), rate], 40.0)
+    assert max(map(abs, boat.yaw_off(100.0, 2.0))) < 1.0

@@ -55,8 +55,7 @@ class Compasses:
         self._keep(angles, link, psi_rad)
         used = choice.is_chosen(angles.source, link)
         off_rad = None if used or not track.valid(t_us) else wrap_pi(psi_rad - track.at(t_us))
-        trusted = off_rad is None or not (abs(off_rad) > 0.5 * math.pi and goes_against(psi_rad))
-        if choice.leads(angles.source, link, t_us, trusted=trusted):
+        if choice.leads(angles.source, link, t_us, trusted=used or self._may_take_over(t_us, psi_rad, goes_against)):
             return self._lead(angles, psi_rad, goes_against)
         if track.refusing and choice.undo(angles.source, link):
             track.update_heading(t_us, psi_rad, goes_against)
@@ -64,6 +63,12 @@ class Compasses:
         if off_rad is not None:
             choice.compare(angles.source, link, off_rad, _APART_RAD, t_us)
         return False
+
+    def _may_take_over(self, t_us: int, psi_rad: float, goes_against: GoesAgainst) -> bool:
+        """Whether a compass may lead beside one that speaks: in the first seconds by its rank, later only if it agrees."""
+        if self._track.expects(t_us, psi_rad):
+            return True
+        return self._choice.settles(t_us) and not goes_against(psi_rad)
 
     def _keep(self, angles: EulerAngles, link: int, psi_rad: float) -> None:
         key = (link, "" if angles.source is None else angles.source.address)
@@ -73,15 +78,14 @@ class Compasses:
     def stand_in(self, now_us: int) -> bool:
         """The heading is lost: let the best of the others that speak lead at once; True when there is one.
 
-        One that was known to be off by more than a jump goes through the check for jumps first, and so does one that a jump is
-        not borne out by.
+        One that is off by more than a jump from what is expected goes through the check for jumps first.
         """
         track, choice = self._track, self._choice
         for key in choice.others(now_us):
             if key not in self._newest:
                 continue
             t_us, psi_rad = self._newest[key]
-            if not track.expects(now_us, psi_rad) and (track.refusing or choice.is_known_off(key)):
+            if not track.expects(now_us, psi_rad):
                 continue
             choice.hand_over(key, "jumped" if track.refusing else "silent", now_us)
             track.hand_over(t_us, psi_rad, choice.period_s(key))
@@ -100,7 +104,7 @@ class Compasses:
             self._distrust(angles.t_us, self.watch.same_s)
             return False
         self.angles = angles
-        if choice.moved:
+        if choice.moved and choice.settles(angles.t_us):
             track.move(angles.t_us, psi_rad)
         track.update_heading(angles.t_us, psi_rad, goes_against)
         return True

@@ -66,7 +66,7 @@ class _Heard:
 class _Apart:
     """How far one source has been off the one used, and what the operator knows of it."""
 
-    __slots__ = ("agree_us", "apart_us", "last_us", "mean", "said_us", "told")
+    __slots__ = ("agree_us", "apart_us", "known", "last_us", "mean", "said_us", "told")
 
     def __init__(self, off: float, t_us: int) -> None:
         self.mean = off
@@ -74,7 +74,7 @@ class _Apart:
         self.apart_us: int | None = None
         self.agree_us: int | None = None
         self.said_us: int | None = None
-        self.told = False
+        self.known = self.told = False
 
 
 class Choice:
@@ -161,9 +161,13 @@ class Choice:
         """Whether the chosen source has fallen silent."""
         return self.chosen is None or self._is_silent(self._heard[self.chosen], t_us)
 
+    def settles(self, t_us: int) -> bool:
+        """Whether these are the first seconds of the quantity: rank alone says which one counts."""
+        return t_us <= self._settle_until_us
+
     def others(self, t_us: int) -> list[Key]:
         """Those that speak beside the chosen one, the best first; none while the rhythms of the first seconds are not yet known."""
-        if t_us <= self._settle_until_us:
+        if self.settles(t_us):
             return []
         live = [(heard.order, key) for key, heard in self._heard.items() if key != self.chosen]
         return [key for _, key in sorted(live) if not self._is_silent(self._heard[key], t_us)]
@@ -177,11 +181,11 @@ class Choice:
         self._before, self.chosen = self.chosen, key
 
     def is_known_off(self, key: Key) -> bool:
-        """Whether a source has been told to be off the chosen one, and it is not the chosen one that is known to be wrong."""
+        """Whether a source is known to be off the chosen one, and it is not the chosen one that is known to be wrong."""
         if self.chosen is None or self._heard[self.chosen].fault:
             return False
         pair = self._pairs.get((key, self.chosen))
-        return pair is not None and pair.told
+        return pair is not None and pair.known
 
     def period_s(self, key: Key) -> float:
         """How often a source speaks; 0 while it is not known."""
@@ -239,8 +243,10 @@ class Choice:
         pair.agree_us = None
         if pair.apart_us is None:
             pair.apart_us = t_us
-        recently = pair.said_us is not None and t_us - pair.said_us < SAY_EVERY_US
-        if pair.told or recently or t_us - pair.apart_us < APART_US:
+        if t_us - pair.apart_us < APART_US:
+            return
+        pair.known = True
+        if pair.told or (pair.said_us is not None and t_us - pair.said_us < SAY_EVERY_US):
             return
         pair.told, pair.said_us = True, t_us
         more = f"{self._figure(abs(pair.mean))} {'more' if pair.mean > 0.0 else 'less'}"
@@ -251,7 +257,10 @@ class Choice:
         pair.apart_us = None
         if pair.agree_us is None:
             pair.agree_us = t_us
-        if pair.told and t_us - pair.agree_us >= _AGREE_US:
+        if t_us - pair.agree_us < _AGREE_US:
+            return
+        pair.known = False
+        if pair.told:
             pair.told = False
             self._texts.append((Severity.INFO, f"{self.what}: {self.name(key)} and {self.name(used)} agree again"))
 
@@ -283,7 +292,7 @@ class Choice:
             self._say(Severity.WARNING, f"{before.name} {before.fault or 'silent'}, using {heard.name}", t_us)
         elif not trusted or heard.order >= before.order:
             return False
-        elif t_us > self._settle_until_us:
+        elif not self.settles(t_us):
             if t_us - heard.since_us < _STEADY_US:
                 return False
             self.moved = True
