@@ -51,7 +51,10 @@ ROWS: Final[dict[int, tuple[str, str]]] = {
     28: ("NMEA server restarts", "reconnected 2 s"),
     29: ("NMEA server silent", "reconnected after 5 s"),
     30: ("heading lost", "course above 1 m/s, else neutral"),
-    31: ("heading jump or flip", "held 1 s, then invalid"),
+    31: (
+        "heading jump or flip",
+        "held 1 s, then invalid; one that was taken for right at rest: stopped by the first thrust",
+    ),
     32: ("two position sources disagree", "told after 5 s, no arming"),
     33: ("GNSS date off by 1024 weeks", "time ignored, position used"),
     34: ("wall clock jumps", "no timer reacts"),

@@ -26,6 +26,10 @@ ALWAYS = [
     ({"actuator_ready": False}, "actuators not ready: no answer"),
     ({"actuator_ready": False, "actuator_reason": "port closed"}, "actuators not ready: port closed"),
     ({"sources_disagree": True}, "position sources disagree"),
+    (
+        {"compasses_apart": "b reads 180 deg more than a"},
+        "compasses disagree: b reads 180 deg more than a; mend the wrong one, or forbid it (sentences)",
+    ),
     ({"battery_low": True}, "battery low"),
     ({"battery_lost": True}, "battery sensor lost"),
     ({"gcs_required": True}, "no ground station heard"),

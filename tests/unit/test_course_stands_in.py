@@ -172,3 +172,16 @@ def test_who_stems_a_stream_is_not_turned_about_by_a_flipped_compass() -> None:
     made.run(30.0)
     assert off_deg(made) < 10.0
     assert made.state.heading_from_course
+
+
+def test_the_course_of_a_boat_that_goes_astern_is_that_of_her_stern() -> None:
+    """It stood in for the heading half round, and a compass that was right was held to contradict the motion."""
+    made = without_compass(lambda t_s: Pose(-1.5 * t_s, 0.0, 0.0, -1.5, 0.0, u_mps=-1.5), 30.0)
+    worst: list[float] = []
+    made.run(20.0, lambda here: worst.append(off_deg(here)))
+    assert made.state.heading_from_course
+    assert max(worst) < 10.0
+    made.suite.faults.heading_silent = False
+    made.run(0.3)
+    assert not made.state.heading_from_course
+    assert off_deg(made) < 4.0

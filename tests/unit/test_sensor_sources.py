@@ -359,3 +359,27 @@ def test_one_that_is_far_off_and_not_yet_known_to_be_does_not_step_in_unchecked(
     back = turned("GPHDT", 170.0, ((0.0, 20.0), (30.0, 1e9)))
     boat.run([back, Talker(heading("HEHDT", 100.0), on=((0.0, 32.0),)), rate], 40.0)
     assert max(map(abs, boat.yaw_off(100.0, 2.0))) < 1.0
+
+
+@pytest.mark.parametrize("off_deg", [40.0, 90.0, 180.0])
+def test_two_compasses_that_disagree_by_more_than_a_jump_are_named_until_they_agree(off_deg: float) -> None:
+    """Two positions that disagree bar arming; two compasses 180 degrees apart did not, and she ran away by the wrong one."""
+    boat = Boat()
+    wrong = Talker(
+        lambda t_s: f"HEHDT,{(100.0 + (off_deg if t_s < 60.0 else 0.0)) % 360.0:.2f},T", on=((0.0, 30.0), (40.0, 1e9))
+    )
+    talkers = [Talker(heading("GPHDT", 100.0)), wrong]
+    boat.run(talkers, 10.0)
+    named = boat.estimator.compasses_apart
+    assert re.fullmatch(rf"compass HEHDT reads {off_deg:.0f} deg (more|less) than compass GPHDT", named)
+    boat.run(talkers, 39.0)
+    assert boat.estimator.compasses_apart, "silence is no agreement"
+    boat.run(talkers, 90.0)
+    assert boat.estimator.compasses_apart == ""
+
+
+def test_two_compasses_that_differ_by_less_than_a_jump_bar_nothing() -> None:
+    boat = Boat()
+    boat.run([Talker(heading("GPHDT", 100.0)), Talker(heading("HCHDG", 118.0))], 30.0)
+    assert boat.said("reads")
+    assert boat.estimator.compasses_apart == ""

@@ -41,6 +41,11 @@ class Compasses:
         """Name of the compass that counts; empty before there is one."""
         return self._choice.used
 
+    @property
+    def apart(self) -> str:
+        """Which two compasses are further apart than a jump, in words; empty where none are."""
+        return self._choice.apart(math.radians(self._track.config.heading_jump_deg))
+
     def update(self, angles: EulerAngles, link: int, goes_against: GoesAgainst) -> bool:
         """Take a heading; True when its compass is the one that counts."""
         track, choice, t_us = self._track, self._choice, angles.t_us

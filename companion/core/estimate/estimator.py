@@ -47,6 +47,8 @@ _SHOWN_US = 2_500_000
 _SAME_UNIT_US = 1_000_000
 """A turn rate that has stood for as long as the heading comes from the same unit, and is as wrong: they come by turns."""
 _COURSE_SIGMA_RAD = math.radians(5.0)
+_ASTERN_MPS = 0.3
+"""Modelled way astern from which on the course is that of the stern: less is a hull that has just been stopped."""
 _AT_THE_POINT = HullGeometry()
 _Pair = tuple[float, float]
 
@@ -122,23 +124,17 @@ class Estimator:
         return self._receivers.disagree
 
     @property
+    def compasses_apart(self) -> str:
+        """Which two compasses are further apart than a jump, for 5 s and more, in words; empty where none are."""
+        return self._compasses.apart
+
+    @property
     def latest_attitude(self) -> EulerAngles | None:
         """The newest of every axis that is not too old, as measured: sentences measure different ones."""
         last, compass = self._attitude, self._compasses.angles
         if last is None or (last is compass and not self._tilt.is_known):
             return last
-        if compass is None or self._tilt.is_too_old(compass.t_us, last.t_us):
-            compass = EulerAngles(last.t_us)
-        phi_rad, theta_rad = self._tilt.at(last.t_us)
-        return EulerAngles(
-            t_us=last.t_us,
-            phi_rad=phi_rad,
-            theta_rad=theta_rad,
-            psi_rad=compass.psi_rad,
-            psi_magnetic_rad=compass.psi_magnetic_rad,
-            psi_accuracy_rad=compass.psi_accuracy_rad,
-            variation_rad=compass.variation_rad,
-        )
+        return self._tilt.beside(last.t_us, compass)
 
     @property
     def used(self) -> dict[str, str]:
@@ -337,7 +333,7 @@ class Estimator:
             return
         sigma = max(_COURSE_SIGMA_RAD, self.config.velocity_sigma_mps / made_mps)
         late_s = 0.0 if is_measured else -(north * ahead_m[0] + east * ahead_m[1]) / (made_mps * made_mps)
-        if track.update_course(t_us, math.atan2(east, north), sigma, late_s):
+        if track.update_course(t_us, wrap_pi(math.atan2(east, north) + self._stern_rad), sigma, late_s):
             self._position.forget_heading()
 
     def _course_stands_in(self, now_us: int) -> bool:
@@ -375,7 +371,12 @@ class Estimator:
 
     def _goes_against(self, psi_rad: float) -> bool:
         motion = self._motion
-        return motion is not None and self._water.goes_against(psi_rad, motion[2:], self._course_mps)
+        return motion is not None and self._water.goes_against(psi_rad + self._stern_rad, motion[2:], self._course_mps)
+
+    @property
+    def _stern_rad(self) -> float:
+        """How far the bow is from where thrust takes the vessel: half round while she goes astern."""
+        return math.pi if self._through_mps is not None and self._through_mps[0] < -_ASTERN_MPS else 0.0
 
     def _attitude_at(self, t_us: int) -> Attitude:
         track = self._heading
@@ -392,5 +393,8 @@ class Estimator:
         water, position, through = self._water, self._position, self._through_mps
         if through is None:
             return
-        water.step(dt_s, self._drift_tau_s, ground_mps=ground, bow=bow, through_mps=through, r_radps=r_radps)
+        off_rad = water.step(dt_s, self._drift_tau_s, ground_mps=ground, bow=bow, through_mps=through, r_radps=r_radps)
         position.drift_n_mps, position.drift_e_mps = (mps or 0.0 for mps in water.current_mps)
+        if off_rad is not None and self._last_us is not None:
+            self._heading.contradict(self._last_us, off_rad)
+            position.forget_heading()

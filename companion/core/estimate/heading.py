@@ -42,6 +42,7 @@ _COURSE_OFF_DEG: Final = 15.0
 _UNOPPOSED_US: Final = 60_000_000
 """A heading that the course has contradicted is accepted without a course only after so long: at rest nothing can contradict it,
 and a sound compass must not be locked out for ever."""
+_TRIED_AGAIN: Final = "Heading is tried again after 10 s of straight way by hand that bears it out, or 60 s at rest"
 
 
 class HeadingTrack:
@@ -207,6 +208,19 @@ class HeadingTrack:
         self.t_us = self.accepted_us = self.course_us = None
         self._end_refusal("")
 
+    def contradict(self, t_us: int, off_rad: float) -> None:
+        """Take it as proven that the heading is wrong: it is lost at once, and what is expected is so much clockwise of it."""
+        self._refused_rad = self.at(t_us)
+        self.psi_rad = wrap_pi(self.psi_rad + off_rad)
+        self._begin_doubt(t_us)
+        self._jump.begins(t_us)
+        self._lost_said = self._contradicted = True
+        off_deg = abs(math.degrees(off_rad))
+        said = f"Heading not believed: thrust moves the boat {off_deg:.0f} deg off it (compass or thrusters wrong)"
+        self._texts.append((Severity.ERROR, said))
+        self._texts.append((Severity.INFO, _TRIED_AGAIN))
+        self.accepted_us, self.course_us = t_us - round((self._hold_s + _BRIDGE_S) * 1e6) - 1, None
+
     def update_rate(self, rate: AngularVelocity) -> None:
         """Take a turn rate."""
         if self.t_us is None:
@@ -337,9 +351,12 @@ class HeadingTrack:
             self._start(t_us, psi_rad)
             self._end_refusal(f"new heading accepted after {waited_us * 1e-6:.0f} s")
 
-    def _begin_refusal(self, t_us: int, off_deg: float, *, is_back: bool) -> None:
+    def _begin_doubt(self, t_us: int) -> None:
         self._refused_since_us = self._refused_run_us = t_us
         self._borne_us, self._contradicted = None, False
+
+    def _begin_refusal(self, t_us: int, off_deg: float, *, is_back: bool) -> None:
+        self._begin_doubt(t_us)
         if not self._jump.begins(t_us):
             return
         if is_back:

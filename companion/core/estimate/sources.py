@@ -187,6 +187,17 @@ class Choice:
         pair = self._pairs.get((key, self.chosen))
         return pair is not None and pair.known
 
+    def apart(self, limit: float) -> str:
+        """Which two are known to be apart by more than ``limit``, in words; empty where none are. Silence is no agreement."""
+        for (key, used), pair in self._pairs.items():
+            if pair.known and abs(pair.mean) > limit:
+                return self._reads(pair.mean, key, used)
+        return ""
+
+    def _reads(self, off: float, key: Key, used: Key) -> str:
+        more = f"{self._figure(abs(off))} {'more' if off > 0.0 else 'less'}"
+        return f"{self.name(key)} reads {more} than {self.name(used)}"
+
     def period_s(self, key: Key) -> float:
         """How often a source speaks; 0 while it is not known."""
         return self._heard[key].period_us * 1e-6
@@ -249,9 +260,7 @@ class Choice:
         if pair.told or (pair.said_us is not None and t_us - pair.said_us < SAY_EVERY_US):
             return
         pair.told, pair.said_us = True, t_us
-        more = f"{self._figure(abs(pair.mean))} {'more' if pair.mean > 0.0 else 'less'}"
-        text = f"{self.what}: {self.name(key)} reads {more} than {self.name(used)}, which is used"
-        self._texts.append((Severity.WARNING, text))
+        self._texts.append((Severity.WARNING, f"{self.what}: {self._reads(pair.mean, key, used)}, which is used"))
 
     def _agree(self, pair: _Apart, key: Key, used: Key, t_us: int) -> None:
         pair.apart_us = None
@@ -260,6 +269,8 @@ class Choice:
         if t_us - pair.agree_us < _AGREE_US:
             return
         pair.known = False
+        if (used, key) in self._pairs:
+            self._pairs[(used, key)].known = False
         if pair.told:
             pair.told = False
             self._texts.append((Severity.INFO, f"{self.what}: {self.name(key)} and {self.name(used)} agree again"))

@@ -73,3 +73,18 @@ class Tilt:
     def _fresh(self, axis: _Axis, now_us: int) -> float | None:
         newest = axis.newest
         return None if newest is None or now_us - newest[1] > self._timeout_us else newest[0]
+
+    def beside(self, t_us: int, compass: EulerAngles | None) -> EulerAngles:
+        """Roll and pitch beside what the compass says, at a time; of either what is too old is left out."""
+        if compass is None or self.is_too_old(compass.t_us, t_us):
+            compass = EulerAngles(t_us)
+        phi_rad, theta_rad = self.at(t_us)
+        return EulerAngles(
+            t_us=t_us,
+            phi_rad=phi_rad,
+            theta_rad=theta_rad,
+            psi_rad=compass.psi_rad,
+            psi_magnetic_rad=compass.psi_magnetic_rad,
+            psi_accuracy_rad=compass.psi_accuracy_rad,
+            variation_rad=compass.variation_rad,
+        )

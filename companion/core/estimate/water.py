@@ -14,6 +14,8 @@ from typing import Final
 from mavlink_bridge.language.messages import EstimatedState, GpsFix
 from mavlink_bridge.language.units import clamp
 
+from .witness import ThrustWitness
+
 _JOLT_S: Final = 1.2
 """What the samples say over this time is compared with the mean: longer than a turn's transient of sway lasts at full size."""
 _JOLT_MPS: Final = 0.25
@@ -48,6 +50,8 @@ _WAY_MPS: Final = 0.3
 _WITH_COS: Final = 0.6
 """A way within 53 degrees of where the bow points bears a heading out: slip, leeway and a current that is not known to half a metre a
 second take it no further off."""
+_TAUGHT_S: Final = 20.0
+"""A heading that thrust contradicts has taught a wrong water since the thrust began: that is found out sooner than this."""
 _KEPT_S: Final = 5.0
 _LATELY_S: Final = 60.0
 """So far back the water is remembered, at such intervals: that a propeller is lost is certain 10 to 40 s after it was."""
@@ -195,10 +199,11 @@ class CurrentFilter:
 
 
 class WaterMeans:
-    """Both means, fed alike, and what they were."""
+    """Both means, fed alike, what they were, and whether the heading that they are fed with can be right."""
 
     def __init__(self) -> None:
         self._drift, self._current = DriftFilter(), CurrentFilter()
+        self._witness = ThrustWitness()
         self._before: deque[tuple[DriftFilter, CurrentFilter]] = deque(maxlen=round(_LATELY_S / _KEPT_S))
         self._kept_s = _KEPT_S
 
@@ -244,8 +249,11 @@ class WaterMeans:
 
     def step(
         self, dt_s: float, tau_s: float, *, ground_mps: _Pair, bow: _Pair, through_mps: _Pair, r_radps: float
-    ) -> None:
-        """Take one sample, as ``CurrentFilter`` does."""
+    ) -> float | None:
+        """Take one sample, as ``CurrentFilter`` does; return how far off the heading thrust moves the vessel, where that proves it wrong.
+
+        What it taught of the water is taken back then.
+        """
         (north, east), (cos, sin), u_mps = ground_mps, bow, through_mps[0]
         sample_mps = (north - u_mps * cos, east - u_mps * sin)
         self._drift.step(dt_s, tau_s, sample_mps=sample_mps, r_radps=r_radps, bow=bow)
@@ -254,6 +262,11 @@ class WaterMeans:
         if self._kept_s >= _KEPT_S:
             self._kept_s = 0.0
             self._before.append(deepcopy((self._drift, self._current)))
+        off_rad = self._witness.step(dt_s, ground_mps=ground_mps, bow=bow, through_mps=through_mps)
+        if off_rad is not None:
+            self._witness.clear()
+            self.take_back(_TAUGHT_S)
+        return off_rad
 
     def take_back(self, seconds: float) -> None:
         """The heading was wrong for so long: take the water as it was before that."""

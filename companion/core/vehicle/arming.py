@@ -11,6 +11,7 @@ from ..guard.failsafe_row import Takeover
 from ..guard.failsafe_table import BY_NAME
 
 _STEERS_ITSELF = (Mode.HOLD, Mode.AUTO, Mode.RTL, Mode.GUIDED, Mode.CIRCLE, Mode.LOITER)
+_FORBID = "mend the wrong one, or forbid it (sentences)"
 
 
 def reasons(
@@ -30,6 +31,7 @@ def reasons(
     battery_low: bool = False,
     battery_lost: bool = False,
     sources_disagree: bool = False,
+    compasses_apart: str = "",
     gcs_required: bool = False,
     gcs_heard: bool = False,
     plan_needed: bool = False,
@@ -48,6 +50,7 @@ def reasons(
         (emergency_stop, "emergency stop is active"),
         (not actuator_ready, f"actuators not ready: {actuator_reason or 'no answer'}"),
         (sources_disagree, "position sources disagree"),
+        (bool(compasses_apart), f"compasses disagree: {compasses_apart}; {_FORBID}"),
         (battery_low, "battery low"),
         (battery_lost, "battery sensor lost"),
         (gcs_required and not gcs_heard, "no ground station heard"),

@@ -47,7 +47,10 @@ TABLE: Final = (
     Refusal("arming", "no ground station heard", _NOT_THEN, FORCE),
     Refusal("arming", "battery low, battery sensor lost", _NOT_THEN, FORCE),
     Refusal(
-        "arming", "position sources disagree; no position, no heading (where it would steer itself)", _NOT_THEN, FORCE
+        "arming",
+        "position sources or compasses disagree; no position, no heading (where it would steer itself)",
+        _NOT_THEN,
+        FORCE,
     ),
     Refusal("arming", "depth guard locked; water depth unknown and required", _NOT_THEN, FORCE),
     Refusal("arming", "outside the fence", _NOT_THEN, FORCE),

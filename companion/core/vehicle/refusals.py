@@ -54,6 +54,7 @@ def prearm_reasons(controls: Controls, now_us: int, *, force: bool = False) -> t
         battery_low="battery_low" in causes,
         battery_lost="battery_lost" in causes,
         sources_disagree=controls.parts.estimator.sources_disagree,
+        compasses_apart=controls.parts.estimator.compasses_apart,
         gcs_required=controls.config.operator.gcs_required,
         gcs_heard=controls.parts.operators.hears(inputs.heard),
         plan_needed=True,

@@ -1,0 +1,84 @@
+"""A compass that thrust contradicts is found wrong; current, wind, eddies and a file that is wrong by half do not make one so."""
+
+from __future__ import annotations
+
+import cmath
+import math
+import random
+from collections.abc import Callable
+
+import pytest
+
+from companion.core.estimate.witness import ThrustWitness
+
+DT_S = 0.05
+
+
+def watched(
+    seconds: float,
+    *,
+    off_deg: float = 0.0,
+    share: float = 1.0,
+    way_mps: Callable[[float], float] = lambda t_s: 1.5 * (1.0 - math.exp(-t_s / 4.0)),
+    carried: Callable[[float], complex] = lambda t_s: 0j,
+    bow_rad: Callable[[float], float] = lambda t_s: 0.4,
+    sigma_mps: float = 0.05,
+) -> tuple[float, float] | None:
+    """When, s, and by how much, degrees, a compass that is so far off is found wrong; None when it never is."""
+    witness, noise = ThrustWitness(), random.Random(1)
+    for tick in range(round(seconds / DT_S)):
+        t_s = tick * DT_S
+        told = cmath.rect(1.0, bow_rad(t_s) + math.radians(off_deg))
+        ground = share * way_mps(t_s) * cmath.rect(1.0, bow_rad(t_s)) + carried(t_s)
+        ground += complex(noise.gauss(0.0, sigma_mps), noise.gauss(0.0, sigma_mps))
+        found = witness.step(
+            DT_S, ground_mps=(ground.real, ground.imag), bow=(told.real, told.imag), through_mps=(way_mps(t_s), 0.0)
+        )
+        if found is not None:
+            return t_s, math.degrees(found)
+    return None
+
+
+@pytest.mark.parametrize("share", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("off_deg", [180.0, 120.0, 90.0, -60.0])
+def test_a_wrong_compass_is_found_as_she_gathers_way(off_deg: float, share: float) -> None:
+    """She held her point by it: 240 m off it in 160 s at full thrust, and the contradiction passed for a current of 2.4 m/s."""
+    found = watched(20.0, off_deg=off_deg, share=share)
+    assert found is not None
+    assert found[0] < 6.0
+    assert abs(math.remainder(found[1] + off_deg, 360.0)) < 15.0
+
+
+def test_a_wrong_compass_is_found_in_a_current_and_in_a_turn_and_astern() -> None:
+    assert watched(20.0, off_deg=180.0, carried=lambda t_s: 1.2 + 0.8j) is not None
+    assert watched(20.0, off_deg=120.0, bow_rad=lambda t_s: 0.2 * t_s) is not None
+    assert watched(20.0, off_deg=180.0, way_mps=lambda t_s: -1.2 * (1.0 - math.exp(-t_s / 4.0))) is not None
+
+
+@pytest.mark.parametrize("off_deg", [0.0, 20.0, -35.0])
+@pytest.mark.parametrize("share", [0.5, 1.0, 2.0])
+def test_a_compass_that_is_right_or_a_little_off_stands(off_deg: float, share: float) -> None:
+    assert watched(120.0, off_deg=off_deg, share=share, way_mps=lambda t_s: 1.5 * math.sin(0.3 * t_s)) is None
+    assert watched(120.0, off_deg=off_deg, share=share, bow_rad=lambda t_s: 0.15 * t_s) is None
+
+
+def test_what_carries_her_and_does_not_change_with_her_thrust_proves_nothing() -> None:
+    current = -2.0 * cmath.rect(1.0, 0.4)
+    assert watched(120.0, carried=lambda t_s: current) is None
+    assert watched(120.0, carried=lambda t_s: current if t_s > 20.0 else 0j) is None
+    eddies = watched(300.0, way_mps=lambda t_s: 1.0, carried=lambda t_s: cmath.rect(0.8, 0.25 * t_s))
+    assert eddies is None
+
+
+def test_a_tow_and_a_boat_that_is_held_prove_nothing() -> None:
+    assert watched(60.0, way_mps=lambda t_s: 0.0, carried=lambda t_s: cmath.rect(min(0.3 * t_s, 2.0), 2.0)) is None
+    assert watched(60.0, share=0.0) is None
+    towed = watched(60.0, share=0.2, carried=lambda t_s: -cmath.rect(min(max(0.3 * (t_s - 20.0), 0.0), 2.0), 0.4))
+    assert towed is None
+
+
+def test_the_past_says_nothing_of_a_heading_that_leaps() -> None:
+    def leaping(t_s: float) -> float:
+        return 0.4 if t_s < 10.0 else 0.4 + math.pi
+
+    assert watched(60.0, bow_rad=leaping, carried=lambda t_s: 3.0 * cmath.rect(1.0, 0.4) if t_s >= 10.0 else 0j) is None
