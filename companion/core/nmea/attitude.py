@@ -205,11 +205,15 @@ def psxn(t_us: int, s: Any) -> EulerAngles | None:
     return _roll_pitch_heading(t_us, s.roll, s.pitch, s.head)
 
 
+_AVR_SOLVED: Final = (2.0, 3.0)
+"""Float and fixed. Of one receiver alone (1) and by code differences (4) a baseline of a metre points anywhere."""
+
+
 def ptnl(t_us: int, s: Any) -> EulerAngles | None:
-    """AVR: yaw and tilt of the antenna baseline; quality 0 is no fix. Which axis tilt is depends on the mounting."""
+    """AVR: yaw and tilt of the antenna baseline, where carrier phases solve it. Which axis tilt is depends on the mounting."""
     if not isinstance(s, pynmea2.tnl.TNLAVR):
         raise PassedOverError
-    if not number(s.gps_quality, 0, 9):
+    if number(s.gps_quality, 0, 9) not in _AVR_SOLVED:
         return None
     return _roll_pitch_heading(
         t_us, s.roll_angle if s.roll == "Roll" else "", s.tilt_angle if s.tilt == "Tilt" else "", s.yaw_angle
