@@ -17,15 +17,19 @@ _COUNTS_S: Final = 12.0
 """So long a change counts: one acceleration and one stop."""
 _LEAST: Final = 1.0
 """Changes of the way that must count, m2/s: half a metre a second for four seconds."""
-_TOGETHER: Final = 0.85
-"""Share of the changes over ground that the thrust must explain. Wrong compasses on four hulls had 0.97 and more in 12 m/s of wind;
+_TOGETHER: Final = 0.92
+"""Share of the changes over ground that the thrust must explain. Wrong compasses on five hulls had 0.97 and more in 12 m/s of wind;
 sound ones, turned by more than the limit, 0.6 at most, when a current of 2 m/s set in within a tick."""
 _OFF_RAD: Final = math.radians(50.0)
 """Sound compasses were off by up to 11 degrees, and by 27 when 18 m/s of wind set in."""
 _FEWEST, _MOST = 0.4, 2.5
 """Times what the file says of the way: thrust and drag wrong by half. What moves a hull otherwise is a tow, the ground, an eddy."""
-_HELD_S: Final = 1.0
-"""It must look so for as long as a gust's onset lasts."""
+_HELD_S: Final = 1.5
+"""It must look so for longer than a gust's onset lasts,"""
+_STEADY_RAD: Final = math.radians(10.0)
+"""and the angle must stay within this: a hull that a dead or reversed propeller spins goes off the model more and more."""
+_BORNE_OUT_RAD: Final = math.radians(30.0)
+"""A heading within this of the way is borne out. From then on only a leap makes it wrong, and what looks like it is a propeller."""
 _LEAPS_COS: Final = 0.94
 """A heading that leaps by 20 degrees in one tick is another compass, or one that was set right: the past says nothing of it."""
 _GAP_S: Final = 0.5
@@ -39,6 +43,7 @@ class ThrustWitness:
 
     def __init__(self) -> None:
         self._bow = 0j
+        self._since_rad = 0.0
         self.clear()
 
     def clear(self) -> None:
@@ -46,6 +51,7 @@ class ThrustWitness:
         self._ground: complex | None = None
         self._through = self._both = 0j
         self._own = self._made = self._held_s = 0.0
+        self._is_borne_out = False
 
     def step(self, dt_s: float, *, ground_mps: _Pair, bow: _Pair, through_mps: _Pair) -> float | None:
         """Return by how much the way is off the heading, clockwise, once it is certain that it is.
@@ -66,11 +72,20 @@ class ThrustWitness:
         self._made = keep * self._made + dt_s * abs(changed) * abs(changed)
         self._ground += dt_s / _MEAN_S * changed
         self._through += dt_s / _MEAN_S * by_thrust
-        self._held_s = self._held_s + dt_s if self._is_off() else 0.0
-        return cmath.phase(self._both) if self._held_s >= _HELD_S else None
+        return self._judged(dt_s)
 
-    def _is_off(self) -> bool:
-        both = abs(self._both)
-        if self._own < _LEAST or not _FEWEST * self._own < both < _MOST * self._own:
-            return False
-        return both * both > _TOGETHER * self._own * self._made and abs(cmath.phase(self._both)) > _OFF_RAD
+    def _judged(self, dt_s: float) -> float | None:
+        off_rad, both = cmath.phase(self._both), abs(self._both)
+        fits = self._own >= _LEAST and _FEWEST * self._own < both < _MOST * self._own
+        if not fits or both * both <= _TOGETHER * self._own * self._made:
+            self._held_s = 0.0
+            return None
+        self._is_borne_out = self._is_borne_out or abs(off_rad) < _BORNE_OUT_RAD
+        turned_rad = abs(math.remainder(off_rad - self._since_rad, math.tau))
+        if self._is_borne_out or abs(off_rad) < _OFF_RAD:
+            self._held_s = 0.0
+            return None
+        if self._held_s <= 0.0 or turned_rad > _STEADY_RAD:
+            self._held_s, self._since_rad = 0.0, off_rad
+        self._held_s += dt_s
+        return off_rad if self._held_s >= _HELD_S else None
