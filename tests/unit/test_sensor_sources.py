@@ -383,3 +383,45 @@ def test_two_compasses_that_differ_by_less_than_a_jump_bar_nothing() -> None:
     boat.run([Talker(heading("GPHDT", 100.0)), Talker(heading("HCHDG", 118.0))], 30.0)
     assert boat.said("reads")
     assert boat.estimator.compasses_apart == ""
+
+
+@pytest.mark.parametrize(("hz", "late_s"), [(10.0, 0.05), (5.0, 0.03), (1.0, 0.2)])
+def test_two_compasses_under_one_name_are_told(hz: float, late_s: float) -> None:
+    """Two of one maker on one line were averaged without a word: 9 degrees off both."""
+    boat = Boat()
+    boat.run([Talker(heading("GPHDT", 100.0, 0.3)), Talker(heading("GPHDT", 120.0, 0.3), hz=hz, late_s=late_s)], 40.0)
+    (told,) = boat.said("in turn")
+    assert re.fullmatch(
+        r"Heading: compass GPHDT says two in turn, (19|20|21) deg apart: two compasses on one line\? Part them", told
+    )
+
+
+def gga(north_m: float) -> str:
+    return f"GPGGA,{{tod}},41{10.0 + north_m / 1852.0:010.7f},N,00842.3729000,W,4,12,0.8,2.1,M,52.3,M,,"
+
+
+def test_two_receivers_under_one_name_are_told() -> None:
+    """Their epochs interleaved: now one antenna was used, now the other, 6 m away."""
+
+    def at(north_m: float) -> Callable[[float], str]:
+        return lambda t_s: gga(north_m + 1.5 * t_s).format(tod=f"12{int(t_s // 60):02}{t_s % 60.0:05.2f}")
+
+    boat = Boat()
+    boat.run([Talker(at(0.0), hz=5.0), Talker(at(6.0), hz=5.0, late_s=0.1)], 30.0)
+    (told,) = boat.said("in turn")
+    assert "two receivers on one line" in told
+
+
+def test_a_boat_that_yaws_in_a_sea_has_one_compass() -> None:
+    boat = Boat()
+    yawing = Talker(lambda t_s: f"GPHDT,{100.0 + 12.0 * math.sin(2.0 * math.pi * t_s / 2.1):.2f},T", hz=1.0)
+    boat.run([yawing], 60.0)
+    quick = Boat()
+    quick.run([Talker(lambda t_s: f"GPHDT,{100.0 + 8.0 * math.sin(2.0 * math.pi * t_s / 1.5):.2f},T")], 60.0)
+    assert boat.said("in turn") == quick.said("in turn") == []
+
+
+def test_two_compasses_under_one_name_that_point_opposite_ways_are_told_as_such() -> None:
+    boat = Boat()
+    boat.run([Talker(heading("GPHDT", 100.0)), Talker(heading("GPHDT", 280.0), late_s=0.05)], 20.0)
+    assert "180 deg apart" in boat.said("in turn")[0]

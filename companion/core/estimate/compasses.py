@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable
 from typing import Final
@@ -10,13 +11,21 @@ from mavlink_bridge.language.messages import EulerAngles, Severity
 from mavlink_bridge.language.units import wrap_pi
 
 from .heading import HeadingTrack
+from .in_turn import InTurn
 from .repeats import RepeatWatch
-from .sources import SOURCES_MAX, Choice, Key, Texts, degrees
+from .sources import SOURCES_MAX, UNLABELLED, Choice, Key, Texts, degrees, source_name
 from .told import ComesAndGoes
 
 _APART_RAD: Final = math.radians(4.0)
 """Two compasses that are further apart than this are not both right: no noise or lag explains it in the mean of 3 s."""
+_IN_TURN: Final = (math.radians(5.0), math.radians(60.0))
+"""Two that are further apart than this are told to be two under one name, where the heading changes faster than hulls turn."""
 _REPEATS: Final = "repeats one heading"
+
+
+def _of_chord(chord: float) -> str:
+    return degrees(2.0 * math.asin(min(0.5 * chord, 1.0)))
+
 
 GoesAgainst = Callable[[float], bool]
 """Whether the vessel moves in another direction than a heading points."""
@@ -32,6 +41,7 @@ class Compasses:
         self.watch = RepeatWatch()
         self._choice = Choice("Heading", texts, least_s=0.4, most_s=2.2, figure=degrees, wrap=wrap_pi)
         self._track, self._texts, self._distrust = track, texts, distrust
+        self._in_turn = InTurn(texts, ("Heading", "compasses"), *_IN_TURN, figure=_of_chord)
         self._told = ComesAndGoes()
         self._newest: dict[Key, tuple[int, float]] = {}
         self._repeated: dict[Key, tuple[float | None, float | None]] = {}
@@ -55,6 +65,8 @@ class Compasses:
             if shown:
                 self.angles = angles
             return shown
+        label = angles.source or UNLABELLED
+        self._in_turn.take((link, label.address), source_name(label, link), t_us, cmath.rect(1.0, psi_rad))
         if self._is_repeated(angles, link, psi_rad, goes_against):
             return False
         self._keep(angles, link, psi_rad)

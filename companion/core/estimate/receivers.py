@@ -13,6 +13,7 @@ from mavlink_bridge.language.messages import FixType, GpsFix, Severity
 from ..hull.geometry import Arm
 from .antenna import NO_ARM, Attitude, lever
 from .config import POSITION_ACCURACY_M
+from .in_turn import InTurn
 from .sources import APART_US, SAY_EVERY_US, SOURCES_MAX, UNLABELLED, Choice, Key, Texts, source_name
 
 _SIGMAS: Final = 3.0
@@ -21,6 +22,8 @@ _FRESH_US: Final = 2_000_000
 """Two fixes at 1 Hz."""
 _UNSURE_SHARE: Final = 0.2
 """Of what lies between two antennas: a magnetic compass 8 degrees off, a heel that nobody tells, a tape that sags."""
+_IN_TURN: Final = (2.0, 15.0)
+"""Two antennas that are further apart than this are told to be two under one name, where the place changes faster than such boats sail."""
 _Two = tuple[Key, Key]
 """Two receivers, in the order of their keys."""
 _NEAR_M: Final = 10.0
@@ -48,6 +51,7 @@ class FixChoice:
         self._texts, self._is_acceptable = texts, is_acceptable
         self._antenna_of, self._attitude_at = antenna_of, attitude_at
         self._choice = Choice("Position", texts, least_s=0.8, most_s=3.0)
+        self._in_turn = InTurn(texts, ("Position", "receivers"), *_IN_TURN, figure=_metres)
         self._fixes: dict[Key, GpsFix] = {}
         self._changed_us: dict[Key, int] = {}
         """When a receiver last told another place than before."""
@@ -91,7 +95,11 @@ class FixChoice:
         self.moved = False
         if not self._is_acceptable(fix):
             return self._choice.is_chosen(fix.source, link) or self._choice.silent(fix.t_us)
-        key = (link, "" if fix.source is None else fix.source.address)
+        label = fix.source or UNLABELLED
+        key = (link, label.address)
+        lat_rad, lon_rad = _place(fix)
+        place = MEAN_RADIUS_M * complex(lat_rad, lon_rad * math.cos(lat_rad))
+        self._in_turn.take(key, source_name(label, link), fix.t_us, place)
         before = self._choice.chosen
         is_known_off = before is not None and _two(key, before) in self._apart
         lead = self._choice.leads(fix.source, link, fix.t_us, trusted=not is_known_off)
