@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from mavlink_bridge.language.messages import FenceArea, PlanSpecification
 
-from ..core.vehicle.plan_depth import plan_legs
+from ..core.guard.depth.plan_legs import plan_legs
 
 POINTS_MAX: Final = 4000
 """Points of all lines together; a figure's outline has some hundred."""

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from companion.core.guard.depth.grid import DepthGrid, PlanLeg, PlanProblem, Sounding, build, check_plan, offset
+from companion.core.guard.depth.plan_legs import plan_legs
 from companion.core.guard.depth.soundings import cell_of, dune_reference, parse, parse_csv, parse_dune, parse_xyz
-from companion.core.vehicle.plan_depth import plan_legs
 from companion.io.depth_map import load_depth_map
 from mavlink_bridge.language.figures import Circle, FigureEight, Hover, Racetrack
 from mavlink_bridge.language.geodesy import LocalFrame

@@ -13,7 +13,7 @@ from mavlink_bridge.plans import PlanFile
 
 from ...configuration import depth_map
 from ...core.guard.depth.grid import DepthGrid, PlanLeg, check_plan, unknown_share
-from ...core.vehicle.plan_depth import plan_legs
+from ...core.guard.depth.plan_legs import plan_legs
 from ...settings import Settings, load_vessel
 
 _DRAWN: Final = 60

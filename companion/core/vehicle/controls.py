@@ -26,6 +26,7 @@ from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.requests import FORGET_MAX_M, DistanceInput, ForgetDepth
 from mavlink_bridge.language.stations import Station
 
+from ..guard.depth.plan_legs import plan_legs
 from ..guard.failsafe_orders import Order
 from ..hull import ForceModel
 from ..hull.left import WHOLE, Shares
@@ -35,7 +36,6 @@ from ..steer.law import backs_and_fills, lowered_text, steady_speed_mps, turn_ra
 from .config import TickInputs, VehicleConfig
 from .operators import StickOwner
 from .parts import Parts
-from .plan_depth import plan_legs
 from .ticked import before_the_first
 from .voice import Voice
 from .voyage import RESUMED_M, Voyage

@@ -26,8 +26,8 @@ from mavlink_bridge.language.messages import (
 )
 from mavlink_bridge.language.points import NorthEast
 
+from ..guard.depth.plan_legs import plan_legs
 from ..guard.fence import Fence
-from .plan_depth import plan_legs
 
 LEGS_A_TICK: Final = 8
 """So that the largest plan costs no tick more than a small share of its period."""

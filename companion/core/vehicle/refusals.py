@@ -17,12 +17,12 @@ from mavlink_bridge.language.trials import SeaTrial, TrialOrder
 
 from ..guard import failsafe
 from ..guard.depth.grid import PlanLeg
+from ..guard.depth.plan_legs import plan_legs
 from ..guard.failsafe_orders import Order
 from ..hull.statics import throttle_to_speed, top_speed_mps
 from ..trial import LEAST_RADIUS_M, MOST_RADIUS_M, TrialArea, free_around
 from . import arming, insist
 from .controls import Controls
-from .plan_depth import plan_legs
 from .plan_reach import speed_refusal
 
 LYING_M: Final = 20.0

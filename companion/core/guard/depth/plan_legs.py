@@ -10,7 +10,7 @@ from mavlink_bridge.language.messages import Goto, Loiter, Maneuver
 from mavlink_bridge.language.points import LatLon, NorthEast
 from mavlink_bridge.language.units import wrap_pi
 
-from ..guard.depth.grid import PlanLeg, offset
+from .grid import PlanLeg, offset
 
 
 def plan_legs(maneuvers: Sequence[Maneuver], start_rad: LatLon | None, loiter_radius_m: float) -> list[PlanLeg]:
