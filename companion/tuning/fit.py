@@ -19,10 +19,9 @@ from ..core.steer.yaw_loop import yaw_plant
 from .drifting import believed, by_window, drift_change, precision_of
 from .hull_arrays import STEP_S
 from .noise import Noise
-from .places import with_values
 from .problem import SENSED, TOGETHER, Problem
 from .settle import Box, settled
-from .unknowns import FitUnknown, unknowns_of
+from .unknowns import FitUnknown, unknowns_of, with_values
 from .voyages import Stretch
 from .windows import WINDOW_S, Windows, cut, too_poor
 

@@ -17,9 +17,8 @@ from ..core.steer.bandwidth import GAIN_BAR_DB, PHASE_BAR_DEG
 from ..core.steer.model import ModelController
 from ..core.steer.yaw_loop import DELAY_S, LoopJudge, LoopMargins, yaw_plant
 from .fit import Fit
-from .places import PLACES as PLACES, with_values as with_values
 from .problem import TOGETHER
-from .unknowns import FitUnknown
+from .unknowns import PLACES as PLACES, FitUnknown, with_values as with_values
 
 Array = Any
 

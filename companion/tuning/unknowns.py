@@ -1,4 +1,4 @@
-"""What a fit may change, how widely each is believed before it, and when the record has told it."""
+"""What a fit may change, how widely each is believed before it, when the record has told it, and where in a vessel's file it stands."""
 
 from __future__ import annotations
 
@@ -25,6 +25,32 @@ _BASELINE_RAD: Final = math.radians(45.0)
 """A baseline that is mounted farther off is one at right angles or back to front, and steers nowhere."""
 _TWENTIETH: Final = math.exp(-3.0)
 """No coefficient is so much less than the file said, nor so many times more."""
+
+PLACES: Final = {
+    "m22": ("hull", "m22_kg", "kg"),
+    "m23": ("hull", "m23_kgm", "kg m"),
+    "m33": ("hull", "m33_kgm2", "kg m2"),
+    "xu": ("hull", "xu", "N/(m/s)"),
+    "xuu": ("hull", "xuu", "N/(m/s)2"),
+    "yv": ("hull", "yv", "N/(m/s)"),
+    "yvv": ("hull", "yvv", "N/(m/s)2"),
+    "nr": ("hull", "nr", "Nm/(rad/s)"),
+    "nrr": ("hull", "nrr", "Nm/(rad/s)2"),
+    "nur": ("hull", "nur", "Nm/(rad/s)/(m/s)"),
+    "munk": ("hull", "munk", ""),
+    "ahead": ("thruster", "ahead_n", "N"),
+    "astern": ("thruster", "astern_n", "N"),
+    "exponent": ("thruster", "exponent", ""),
+    "starboard_share": ("thruster", "starboard_share", ""),
+    "lag": ("thruster", "lag_s", "s"),
+    "speed_loss": ("thruster", "speed_loss", "1/(m/s)"),
+    "dead_band": ("thruster", "dead_band", ""),
+    "area": ("rudder", "area_m2", "m2"),
+    "rudder_lag": ("rudder", "lag_s", "s"),
+    "offset": ("rudder", "offset_deg", "deg"),
+    "race_share": ("thruster", "race_share", ""),
+}
+"""Where each coefficient stands in the file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,3 +155,21 @@ def _sensors(vessel: VesselConfig, windows: Windows) -> list[FitUnknown]:
         found.append(_between("sensor_forward", 0.0, 0.3 * half_m, -half_m, half_m))
     ways = [f"wind_{way}_{k}" for k in range(int(windows.voyage.max()) + 1) for way in ("north", "east")]
     return found + [_between(name, 0.0, 4.0, -30.0, 30.0) for name in ways]
+
+
+def with_values(vessel: VesselConfig, values: dict[str, float]) -> VesselConfig:
+    """Return a vessel with these coefficients, within what its file allows."""
+    parts: dict[str, dict[str, float]] = {"hull": {}, "thruster": {}, "rudder": {}}
+    for name, value in values.items():
+        if name in PLACES:
+            part, key, _ = PLACES[name]
+            parts[part][key] = math.degrees(value) if name == "offset" else _bounded(name, value)
+    return vessel.model_copy(
+        update={part: getattr(vessel, part).model_copy(update=new) for part, new in parts.items() if new}
+    )
+
+
+def _bounded(name: str, value: float) -> float:
+    if name in ("munk", "race_share"):
+        return min(max(value, 0.0), 1.0)
+    return value if name == "m23" else max(value, 1e-3 if name in ("xu", "lag") else 0.0)
