@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from companion.core.vehicle.mission import ANOTHER, BEGINS_ANEW, GOES_ON, Leg, Mission
+from companion.core.guide.leg import Leg
+from companion.core.vehicle.mission import ANOTHER, BEGINS_ANEW, GOES_ON, Mission
 from companion.core.vehicle.plan_reach import MissionConfig
 from mavlink_bridge.language.figures import Circle, Hover
 from mavlink_bridge.language.messages import (

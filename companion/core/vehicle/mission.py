@@ -8,8 +8,8 @@ is ended by a cap, so that no plan hangs for ever.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Final, Protocol
+from dataclasses import replace
+from typing import Final
 
 from mavlink_bridge.language.figures import Hover
 from mavlink_bridge.language.geodesy import inverse
@@ -32,31 +32,9 @@ from mavlink_bridge.language.messages import (
 from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.units import wrap_pi
 
+from ..guide.leg import GuidanceReport, Leg
 from .haven import Havens
 from .plan_reach import MissionConfig
-
-
-class GuidanceReport(Protocol):
-    """What guidance says after a step."""
-
-    @property
-    def arrived(self) -> bool: ...
-    @property
-    def on_path(self) -> bool: ...
-    @property
-    def turns(self) -> float: ...
-
-
-@dataclass(frozen=True, slots=True)
-class Leg:
-    """One thing to sail. A new ``generation`` tells guidance to begin afresh."""
-
-    generation: int
-    maneuver: Goto | Loiter
-    previous: LatLon | None
-    following: Goto | Loiter | None
-    speed_mps: float
-
 
 Effect = SetHome | FenceEnable | Noted
 """Items that act on the vessel at once instead of being sailed."""

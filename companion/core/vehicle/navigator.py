@@ -18,8 +18,9 @@ from mavlink_bridge.language.requests import GuidedHeading, GuidedTarget, Manual
 from mavlink_bridge.language.trials import NO_TRIAL, SeaTrial
 
 from ..config import Config, param
+from ..guide.leg import GuidanceReport, Leg
 from ..trial import Trial, TrialArea, TrialConfig, TrialStanding
-from .mission import GuidanceReport, Leg, Mission
+from .mission import Mission
 
 _MANUAL: Final = Mode.MANUAL
 _AUTO: Final = Mode.AUTO

@@ -33,13 +33,14 @@ from ..guard import failsafe
 from ..guard.diagnosis import words
 from ..guard.gate import Evidence
 from ..guard.outlook import outlook
+from ..guide.leg import Leg
 from ..hull import VesselConfig
 from ..hull.geometry import SENT_LINK
 from ..steer import manual_demand, sway_through_water_mps
 from .config import TickInputs, VehicleConfig
 from .controls import Controls, Decided
 from .flags import flags_of
-from .mission import Effect, Leg
+from .mission import Effect
 from .navigator import Intent, Measured, Steer, Sticks
 from .orders import Orders
 from .parts import make_parts
