@@ -27,6 +27,10 @@ row, because the first may be the question that met the answer.
 """
 STORING_US: Final = 200_000
 """A plan is answered when it is stored, some ticks later than an order; a repeat in between meets the answer on the air."""
+_STORED_LATER_US: Final = 60_000
+"""A tick, in which storing may end before or after: a whole plan that was repeated for it kept the next clearing off the air for longer
+than its station waits.
+"""
 _AFTER_ANSWER_US: Final = 2_000_000
 """An answer may show a state on which the next order waits, and a question whose answer was lost comes again: the vessel keeps off the
 air.
@@ -66,8 +70,8 @@ class Patience:
         """How long to wait for an answer: a little longer and less regular with each try, so that neither fades nor talkers keep step."""
         slowest_us = self._slowest_us[item.kind is Kind.PLAN]
         base_us = max(self.answer_us(), slowest_us)
-        if item.kind is Kind.PLAN and not slowest_us:
-            base_us += STORING_US
+        if item.kind is Kind.PLAN and (item.tries == 1 or not slowest_us):
+            base_us += _STORED_LATER_US if slowest_us else STORING_US
         if (item.tries >= _LONG_TRY and item.kind in _EXPLAINED) or (
             item.kind is Kind.PLAN and item.tries in _LONG_PLAN_TRIES
         ):

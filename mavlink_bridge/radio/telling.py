@@ -21,6 +21,9 @@ from .transfer import TransferOutcome
 
 _PUSH_LIMIT_US: Final = 20_000_000
 _PUSH_GAP_US: Final = 60_000_000
+_PLAN_GAP_US: Final = 10_000_000
+"""No state tells of fence and rally points: until this is told a shore relies on a fence that is gone. Nobody changes them as often as
+a parameter, and 23 bytes in so long are a twentieth of the hour at worst."""
 _HOME_GAP_US: Final = 4_000_000
 """A boat that has just found out where it is tells its home soon: stations draw it elsewhere until then."""
 _CHECK_GAP_US: Final = 1_000_000
@@ -83,8 +86,10 @@ class Telling:
         return min(news, key=lambda part: self._push_us.get(type(part), -1), default=None)
 
     def _gap_us(self, news: Kept | HomePlace) -> int:
-        found_home = isinstance(news, HomePlace) and (self._place is None or self._place.home_e7 is None)
-        return _HOME_GAP_US if found_home else _PUSH_GAP_US
+        if isinstance(news, Kept):
+            return _PLAN_GAP_US if self._kept is not None and not news.has_plans_of(self._kept) else _PUSH_GAP_US
+        is_found = self._place is None or self._place.home_e7 is None
+        return _HOME_GAP_US if is_found else _PUSH_GAP_US
 
     def _place_now(self) -> HomePlace:
         return HomePlace(self._home_e7(), self._vehicle.identity.version)

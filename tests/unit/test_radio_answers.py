@@ -118,18 +118,46 @@ def test_how_long_a_plan_takes_to_store_is_guessed_until_it_was_measured() -> No
     assert waits_s[1] < waits_s[0] - 0.1
 
 
-def test_nothing_to_clear_is_answered_on_shore() -> None:
+@pytest.mark.parametrize("kind", [PlanKind.FENCE, PlanKind.RALLY])
+def test_what_is_called_cleared_is_cleared_aboard_whatever_the_shore_believes(kind: PlanKind) -> None:
+    """Somebody has just uploaded it over another link: no state tells of it, and the shore has it for empty."""
     rig = settled()
-    since_us = rig.now_us
-    for kind in (PlanKind.FENCE, PlanKind.RALLY):
-        seconds, reply = rig.ask(LoadPlan(kind, ()))
-        assert reply.result is Result.ACCEPTED
-        assert seconds < 0.05
-    assert not [size for origin, size in rig.sent(since_us) if origin == "shore"]
+    rig.vessel.plans.put(kind, survey_items(3))
+    assert rig.twin.plans.items(kind) == ()
+    assert rig.ask(LoadPlan(kind, ()))[1].result is Result.ACCEPTED
+    assert rig.vessel.plans.items(kind) == ()
+
+
+def test_nothing_is_called_cleared_without_the_vessels_word() -> None:
+    rig = settled()
+    rig.pair.air.jammed = True
+    assert rig.ask(LoadPlan(PlanKind.FENCE, ()))[1].result is Result.FAILED
+
+
+CLEARING_S = 1.5
+"""QGroundControl uploads fence and rally points with each plan, mostly none, and does not ask again for what it clears."""
+
+
+def test_fence_and_rally_points_are_cleared_behind_a_plan_within_the_window_of_stations() -> None:
+    rig = settled()
+    for phase in range(10):
+        rig.run(8.0 + 0.49 * phase)
+        assert rig.ask(compiled(survey_items(4 + phase)))[1].result is Result.ACCEPTED
+        for kind in (PlanKind.FENCE, PlanKind.RALLY):
+            seconds, reply = rig.ask(LoadPlan(kind, ()))
+            assert reply.result is Result.ACCEPTED
+            assert seconds < CLEARING_S
+
+
+def test_a_fence_that_is_gone_aboard_is_not_shown_for_long() -> None:
+    """Put up and taken down over another link, one soon after the other."""
+    rig = settled()
     rig.vessel.plans.put(PlanKind.FENCE, survey_items(3))
-    rig.run(120.0)
-    assert rig.ask(LoadPlan(PlanKind.FENCE, ()))[1].result is Result.ACCEPTED
-    assert rig.vessel.plans.items(PlanKind.FENCE) == ()
+    rig.run(20.0)
+    assert len(rig.twin.plans.items(PlanKind.FENCE)) == 3
+    rig.vessel.plans.put(PlanKind.FENCE, ())
+    rig.run(20.0)
+    assert rig.twin.plans.items(PlanKind.FENCE) == ()
 
 
 @pytest.mark.parametrize("other", [1, 2], ids=["the same station", "another"])

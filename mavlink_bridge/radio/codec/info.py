@@ -45,6 +45,10 @@ class Kept:
     def plan_id(self, kind: PlanKind) -> int:
         return (self.mission_id, self.fence_id, self.rally_id)[kind.value]
 
+    def has_plans_of(self, other: Kept) -> bool:
+        """Whether plan, fence and rally points are the other's."""
+        return all(self.plan_id(kind) == other.plan_id(kind) for kind in PlanKind)
+
     def with_plan(self, kind: PlanKind, number: int) -> Kept:
         """The same with one plan changed."""
         ids = [self.mission_id, self.fence_id, self.rally_id]

@@ -196,9 +196,6 @@ class ShoreTwin:
         if body.nature.stops:
             self._overrule(self._pending.yielding, OVERRULED, now_us)
         self._overrule(self._pending.unwanted(body, station), OVERTAKEN, now_us)
-        if isinstance(body, LoadPlan) and self._has_nothing_to_clear(body):
-            self._replies.append((owner, Reply(Result.ACCEPTED)))
-            return
         if self._pending.join(owner, body, station):
             return
         try:
@@ -212,16 +209,6 @@ class ShoreTwin:
             self._sync.lacks(Wanted.INFO)  # what was withdrawn may have been carried out
         if body.nature.stops:
             self._tell(stops_word(self.link.ledger, now_us, at_most=3, spoken_for=1), now_us)
-
-    def _has_nothing_to_clear(self, body: LoadPlan) -> bool:
-        """Stations upload a fence and rally points with each plan, mostly none, and wait 1.5 s for the answer without asking again."""
-        is_empty = not body.items and not self.plans.items(body.kind) and body.kind not in self._unsure
-        return (
-            is_empty
-            and self._verified
-            and body.kind is not PlanKind.MISSION
-            and not self._pending.is_on_its_way(body.kind)
-        )
 
     def _overrule(self, numbers: set[int], reply: Reply, now_us: int) -> None:
         """What was given before and is still under way must not be carried out after what is given now."""
