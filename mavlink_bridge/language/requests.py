@@ -142,6 +142,8 @@ class LoadPlan(Ask):
     plan: PlanSpecification = field(default_factory=PlanSpecification)
     fence: tuple[FenceArea, ...] = ()
     rally_rad: tuple[LatLon, ...] = ()
+    base_id: int | None = None
+    """Id of the stored plan of which this changes a part; None: it is a whole plan of its own."""
 
     @property
     def nature(self) -> Nature:

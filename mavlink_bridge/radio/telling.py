@@ -95,11 +95,17 @@ class Telling:
         return HomePlace(self._home_e7(), self._vehicle.identity.version)
 
     def _answer(self, told: Kept | HomePlace, now_us: int) -> None:
-        """Who asks waits for it: it goes right behind the answer, and if it is on its way already, that goes now."""
-        for number, waiting in self._pushing.items():
-            if type(waiting) is type(told):
+        """Who asks waits for it: it goes right behind the answer, and if it is on its way already, that goes now. What is not so any more
+        is called back.
+        """
+        same = {number: waiting for number, waiting in self._pushing.items() if type(waiting) is type(told)}
+        for number, waiting in same.items():
+            if waiting == told:
                 self._link.hasten(number)
                 return
+        for number in same:
+            del self._pushing[number]
+        self._link.withdraw(same, Reply(Result.FAILED, "something else is so now"))
         self._submit(told, now_us)
         self._link.hasten(next(reversed(self._pushing)))
 

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+from mavlink_bridge.language.requests import LoadPlan, PlanItem, PlanKind
+from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
+from mavlink_bridge.mavlink.missions.plan_rules import plan_id
 from mavlink_bridge.mavlink.telemetry.ages import AHRS
 from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.ashore import Ashore
@@ -10,6 +15,7 @@ WAYPOINT, CHANGE_SPEED = 16, 178
 ARM, TERMINATE = 400, 185
 ACCEPTED, REJECTED_NOW, IN_PROGRESS = 0, 1, 5
 EMERGENCY = 6
+DENIED = 14
 
 
 def answer(shore: Ashore, command: int, *params: float, limit_s: float) -> int | None:
@@ -22,6 +28,26 @@ def answer(shore: Ashore, command: int, *params: float, limit_s: float) -> int |
 
     shore.give(command, *params)
     return finals()[0] if shore.until(lambda: bool(finals()), limit_s) else None
+
+
+def upload(shore: Ashore, begin: Any, items: list[tuple[float, ...]], limit_s: float = 60.0) -> int:
+    """Send what begins an upload, then each item that is asked for; returns the acknowledgement's type."""
+    shore.operator.clear()
+    shore.link.write(0, shore.operator.codec.encode(begin))
+    began_us, sent = shore.world.now_us, set()
+    while not shore.operator.all("MISSION_ACK"):
+        assert shore.world.now_us - began_us < limit_s * 1e6
+        shore.step()
+        for seq in {asked.seq for asked in shore.operator.all("MISSION_REQUEST_INT")} - sent:
+            sent.add(seq)
+            frame, command, *numbers = items[seq]
+            item = dialect.MAVLink_mission_item_int_message(1, 1, seq, frame, command, 0, 1, *numbers, 0)
+            shore.link.write(0, shore.operator.codec.encode(item))
+    return shore.operator.last("MISSION_ACK").type
+
+
+def place(frame: int, north_e7: int, east_e7: int) -> tuple[float, ...]:
+    return (frame, WAYPOINT, *[0.0] * 4, 411_850_000 + north_e7, -87_062_000 + east_e7, 0.0)
 
 
 def test_a_refusal_with_its_reason_comes_through_after_answers_that_were_short(tmp_path):
@@ -82,19 +108,28 @@ def test_a_plan_that_the_vessel_refuses_ends_with_its_reason_and_the_vessel_stay
     """The gateway's repeats met the reason each time: 19 s, and "nothing from the vessel" meanwhile."""
     shore = Ashore(tmp_path)
     shore.run(40.0)
-    home = (0, WAYPOINT, *[0.0] * 4, 411_850_000, -87_062_000, 0.0)
+    home = place(0, 0, 0)
     items = [home, (2, CHANGE_SPEED, 1.0, 40.0, -1.0, 0.0, 0, 0, 0.0), (3, *home[1:])]
-    shore.operator.clear()
-    shore.link.write(0, shore.operator.codec.encode(dialect.MAVLink_mission_count_message(1, 1, len(items), 0)))
-    began_us, sent = shore.world.now_us, set()
-    while not shore.operator.all("MISSION_ACK"):
-        assert shore.world.now_us - began_us < 18e6
-        shore.step()
-        for seq in {asked.seq for asked in shore.operator.all("MISSION_REQUEST_INT")} - sent:
-            sent.add(seq)
-            frame, command, *numbers = items[seq]
-            item = dialect.MAVLink_mission_item_int_message(1, 1, seq, frame, command, 0, 1, *numbers, 0)
-            shore.link.write(0, shore.operator.codec.encode(item))
-    assert shore.operator.last("MISSION_ACK").type != 0
+    count = dialect.MAVLink_mission_count_message(1, 1, len(items), 0)
+    assert upload(shore, count, items, limit_s=18.0) != 0
     assert "Plan refused: item 1: 40.0 m/s is more than the" in "".join(shore.texts())
     assert "nothing from the vessel" not in "".join(shore.texts())
+
+
+def test_a_part_of_a_plan_does_not_bring_back_the_plan_that_was_aboard_before(tmp_path):
+    """The plan is replaced over another link, and at once an item of the one before is moved at the gateway, from memory."""
+    shore = Ashore(tmp_path)
+    shore.run(40.0)
+    old, new = ([place(0, 0, 0), *(place(3, 4_000 * row, east) for row in range(1, 5))] for east in (0, 9_000))
+    assert upload(shore, dialect.MAVLink_mission_count_message(1, 1, len(old), 0), old) == 0
+    shore.run(10.0)
+    plan = load_plan(PlanKind.MISSION, [PlanItem(command, frame, *rest) for frame, command, *rest in new[1:]])
+    assert isinstance(plan, LoadPlan)
+    shore.world.app.submit(plan, lambda reply: None)
+    shore.run(1.0)
+    partial = dialect.MAVLink_mission_write_partial_list_message(1, 1, 2, 2, 0)
+    assert upload(shore, partial, [*old[:2], place(3, 8_000, 700), *old[3:]]) == DENIED
+    assert "Plan refused: another one is aboard; read it first" in shore.texts()
+    shore.run(60.0)
+    assert shore.world.app.facade.plans.plan_id(PlanKind.MISSION) == plan_id(plan.items)
+    assert shore.gateway.twin.plans.plan_id(PlanKind.MISSION) == plan_id(plan.items), "and can be read ashore"

@@ -487,6 +487,31 @@ def test_part_of_a_plan_can_be_written():
     )
 
 
+@pytest.mark.parametrize("kind", [PlanKind.MISSION, PlanKind.RALLY])
+def test_part_of_a_plan_that_was_changed_meanwhile_is_not_written(kind):
+    """What stands around it would come back."""
+    command = 16 if kind is PlanKind.MISSION else 5100
+    link = Link()
+    link.upload([point(number, command) for number in range(4)], kind)
+    link.send(dialect.MAVLink_mission_write_partial_list_message(1, 1, 2, 2, kind.value))
+    link.store.plans[kind] = tuple(point(number, command) for number in range(20, 24))
+    (ack,) = link.item(point(50, command), 2, kind)
+    assert ack.type == MissionResult.DENIED
+    assert link.server.loads() == []
+    assert "another one is aboard; read it first" in link.server.drain_texts()[-1][1]
+
+
+def test_a_single_item_that_changes_a_plan_is_held_until_the_vessel_has_it():
+    """The vessel is asked first, and takes longer than a one-item plan can be held; who changes items bears it."""
+    link = Link(timing=MissionTiming(hold_us=400_000, store_us=90 * S))
+    link.upload([point(number) for number in range(4)])
+    link.send(dialect.MAVLink_mission_write_partial_list_message(1, 1, 2, 2, 0))
+    link.item(point(50), 2)
+    heard = [message.get_type() for _ in range(60) for message in link.poll(0.1)]
+    assert set(heard) == {"MISSION_REQUEST_INT"}
+    assert link.vessel_stores()[-1].type == MissionResult.ACCEPTED
+
+
 def test_a_mission_item_with_current_2_is_a_guided_go_to():
     link = Link(home_item=True)
     message = dialect.MAVLink_mission_item_message(1, 1, 0, 3, 16, 2, 1, 0, 0, 0, 0, 41.185, -8.706, 0.0, 0)

@@ -10,6 +10,7 @@ mission protocol; client timers in gcs §4.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 from ...language.messages import Severity
@@ -21,7 +22,7 @@ from .download import Downloads
 from .going import GoTos
 from .plan_mapping import item_error, load_plan
 from .plan_rules import DEFAULT_LIMITS, MISSION_RESULT, MissionResult, PlanError, PlanLimits, unheeded
-from .store import MissionTiming, Pending, Sender, UploadLocks, UploadSession
+from .store import ANOTHER_ABOARD, MissionTiming, Pending, Sender, UploadLocks, UploadSession
 from .wire import ALL_KINDS, describe, item_from_message, kind_of, without_home
 
 __all__ = ["MissionServer", "MissionTiming", "PlanStore", "UploadLocks"]
@@ -177,7 +178,8 @@ class MissionServer:
         if not 0 <= message.start_index <= message.end_index < len(base):
             return [self._ack(sender, message.mission_type, MissionResult.INVALID_SEQUENCE, now_us)]
         upload = self.timing.collect(message.start_index, message.end_index - message.start_index + 1, now_us)
-        return self._open(message, sender, UploadSession(sender, kind, upload, base), now_us)
+        session = UploadSession(sender, kind, upload, base, self.store.plan_id(kind))
+        return self._open(message, sender, session, now_us)
 
     def _open(self, message: Any, sender: Sender, session: UploadSession, now_us: int) -> Messages:
         kind, upload = session.kind, session.upload
@@ -233,6 +235,8 @@ class MissionServer:
         first = session.upload.first
         items = (*session.base[:first], *received, *session.base[first + len(received) :])
         kind = session.kind
+        if session.base_id not in (None, self.store.plan_id(kind)):
+            return self._fail(session, MissionResult.DENIED, ANOTHER_ABOARD, now_us)
         if kind is PlanKind.MISSION and self.home_item:
             items = without_home(items)
         load = load_plan(kind, items, self.limits)
@@ -240,6 +244,7 @@ class MissionServer:
             return self._refuse(session, load, now_us)
         session.storing_us = session.held_us = now_us
         self._say(Severity.WARNING, unheeded(kind, items, self.offset))
+        load = replace(load, base_id=session.base_id)
         self._hand_over(load, Pending(session.sender, kind.value, session=session, kind=kind))
         return []
 
@@ -282,7 +287,8 @@ class MissionServer:
         waited_us = now_us - session.storing_us
         hold_us = self.timing.hold_us
         limit_us = self.timing.store_us
-        if hold_us is not None and session.upload.count == 1 and not session.given_up:
+        is_single = session.upload.count == 1 and session.base_id is None
+        if hold_us is not None and is_single and not session.given_up:
             limit_us = min(limit_us or self.timing.hold_single_us, self.timing.hold_single_us)
         if limit_us is not None and waited_us >= limit_us and session.given_up:
             self._drop(session)  # a text will say how it ended

@@ -12,6 +12,8 @@ from .upload import MAX_WINDOW, Upload
 Sender = tuple[int, int]
 """System and component id of a ground station."""
 
+ANOTHER_ABOARD: Final = "another one is aboard; read it first"
+"""To who changes a part of a plan: what stands around it would come back with it."""
 _FRAMES: Final = 256
 """A sender's frames are counted in one byte; of two numbers the one that lies less than half a round ahead is the newer one."""
 
@@ -32,7 +34,8 @@ class MissionTiming:
     hold_us: int | None = None
     """Ask for the last two items in turn this often (0.4 s) until ``finish``, so that the sender goes on waiting."""
     hold_single_us: int = 1_800_000
-    """How long a one-item plan can be held: some clients give up on repeats of the same item after 2 s."""
+    """How long a one-item plan can be held: some clients give up on repeats of the same item after 2 s. None of them changes a part of a
+    plan, which is held as long as any other."""
 
     def collect(self, first: int, count: int, now_us: int) -> Upload:
         """What collects the items of an upload that begins now."""
@@ -78,6 +81,8 @@ class UploadSession:
     upload: Upload
     base: tuple[PlanItem, ...] = ()
     """What stands around a partial upload."""
+    base_id: int | None = None
+    """Id of the plan that this was taken from; None: no partial upload."""
     storing_us: int | None = None
     """When the items were complete; None while they come in."""
     held_us: int = 0

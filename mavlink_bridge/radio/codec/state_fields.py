@@ -24,6 +24,11 @@ _ALT_BASE_M: Final = 0.1
 _ALT_FACTOR: Final = 1.07
 
 
+def plan_hash(plan_id: int) -> int:
+    """What a state tells of a plan's id."""
+    return plan_id & 0x3F
+
+
 @dataclass(frozen=True, slots=True)
 class RadioState:
     """What a state packet tells. Unknown is None; values are those of the steps once they have been through the codec."""
@@ -83,7 +88,7 @@ class RadioState:
             guard=snapshot.guard,
             plan_state=snapshot.progress.state,
             seq=snapshot.progress.seq % 128,
-            plan_hash=snapshot.progress.mission_id & 0x3F,
+            plan_hash=plan_hash(snapshot.progress.mission_id),
             battery=snapshot.supply.remaining if snapshot.supply else None,
             fix=state.fix_type,
             gps_ok=health.gps,

@@ -11,10 +11,12 @@ from ...language.messages import Mode
 from ...language.nature import takes_back
 from ...language.requests import LoadPlan, Origin, PlanKind, Reply, Reposition, RequestBody, Result, SetMode
 from ...language.units import rad_to_e7
+from ...mavlink.missions.plan_rules import plan_id
 from ..air.ledger import Ledger, Priority
 from ..codec.command import encode_command
 from ..codec.plan import Position, encode_plan
 from ..codec.request import crosses, encode_request
+from ..codec.state_fields import plan_hash
 from ..codec.wire import SAFE_STOPS, Kind
 from ..link import CompactLink
 
@@ -44,6 +46,12 @@ class PendingOrders:
     def is_on_its_way(self, kind: PlanKind) -> bool:
         """Whether a plan is being uploaded: that the vessel has it, and the answer has not come, is no difference to ask for."""
         return any(isinstance(each.body, LoadPlan) and each.body.kind is kind for each in self._orders.values())
+
+    def changes_of_another(self, number: int) -> set[int]:
+        """Numbers of the changes of a part of a plan while neither their base nor what they make of it is aboard. ``number``: of the plan
+        aboard, as a state tells it.
+        """
+        return {key for key, order in self._orders.items() if number not in _hashes(order.body, number)}
 
     @property
     def yielding(self) -> set[int]:
@@ -92,6 +100,13 @@ class PendingOrders:
         order.owners[owner] = station
         self._orders[number] = order
         return replaced
+
+
+def _hashes(body: RequestBody, number: int) -> tuple[int, ...]:
+    """What states tell of the plan aboard before and after a change; of all that is no change of a plan ``number``."""
+    if not isinstance(body, LoadPlan) or body.kind is not PlanKind.MISSION or body.base_id is None:
+        return (number,)
+    return plan_hash(body.base_id), plan_hash(plan_id(body.items))
 
 
 def _is_cleared_by(older: RequestBody, body: RequestBody) -> bool:

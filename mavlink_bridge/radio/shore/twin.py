@@ -38,7 +38,7 @@ from ..codec.info import WANTED_PLAN, HomePlace, Kept, Wanted, decode, params_ch
 from ..codec.plan import PlanCodecError, decode_plan
 from ..codec.request import OVERRULED
 from ..codec.state import delta_parts, reached_in
-from ..codec.state_fields import RadioState
+from ..codec.state_fields import RadioState, plan_hash
 from ..codec.wire import SEVERITY, VERSION, Kind
 from ..link import CompactLink
 from ..old_format import GAP_US, HEARD, OldEar
@@ -46,6 +46,7 @@ from ..session import Pairing, RadioDirection
 from ..transfer import TransferOutcome, WholeMessage
 from ..vessel_clock import VesselClock
 from .beacon import Beacons
+from .edits import ANOTHER, Edit, Edits
 from .grid import StateGrid
 from .memory import ShorePicture, heard_us
 from .orders import OVERTAKEN, PendingOrder, PendingOrders, message_of, stops_word, submit
@@ -107,6 +108,7 @@ class ShoreTwin:
         self._sayings = Sayings()
         self._reached: list[int] = []
         self._sync = Sync(profile, self.link)
+        self._edits = Edits(self.link, self._pending, self._send_edit)
         self._unsure: dict[PlanKind, tuple[PlanItem, ...]] = {}
         """Plans whose upload was given up without the vessel's word."""
         self._verified = False
@@ -170,6 +172,7 @@ class ShoreTwin:
     def tick(self, now_us: int, *, station_present: bool) -> None:
         """Serve beacon and synchronisation; call a few times a second."""
         self._collect(now_us)
+        self._edits.tick(now_us)
         self._beacons.tick(now_us, station_present=station_present)
 
     def age_s(self, now_us: int) -> float | None:
@@ -199,16 +202,23 @@ class ShoreTwin:
         if self._pending.join(owner, body, station):
             return
         try:
-            message = message_of(body, origin, self._address, self._near_e7())
-            number = submit(self.link, message, now_us, is_stop=body.nature.stops)
-        except (ValueError, PlanCodecError) as error:
+            if not self._edits.take(owner, body, station, now_us):
+                self._send(owner, body, now_us, origin, station)
+        except ValueError as error:
             self._replies.append((owner, Reply(Result.DENIED, str(error))))
-            return
+
+    def _send(self, owner: Hashable, body: RequestBody, now_us: int, origin: Origin | None, station: Hashable) -> None:
+        """Give it to the air. Raises ValueError for what does not cross."""
+        message = message_of(body, origin, self._address, self._near_e7())
+        number = submit(self.link, message, now_us, is_stop=body.nature.stops)
         self.link.withdraw(replaced := self._pending.put(number, body, owner, station), OVERTAKEN)
         if replaced and isinstance(body, LoadPlan):
             self._sync.lacks(Wanted.INFO)  # what was withdrawn may have been carried out
         if body.nature.stops:
             self._tell(stops_word(self.link.ledger, now_us, at_most=3, spoken_for=1), now_us)
+
+    def _send_edit(self, edit: Edit, now_us: int) -> None:
+        self._send(edit.owner, edit.body, now_us, None, edit.station)
 
     def _overrule(self, numbers: set[int], reply: Reply, now_us: int) -> None:
         """What was given before and is still under way must not be carried out after what is given now."""
@@ -221,7 +231,7 @@ class ShoreTwin:
 
     def replies(self) -> list[tuple[Hashable, Reply]]:
         """Answers since the last call, with the owners given to ``submit``."""
-        found, self._replies = self._replies, []
+        found, self._replies = self._replies + self._edits.replies(), []
         return found
 
     def snapshot(self, now_us: int, tick: int) -> Snapshot | None:
@@ -299,7 +309,8 @@ class ShoreTwin:
     def _take_state(self, state: RadioState, made_us: int | None, now_us: int) -> None:
         if made_us is not None:
             self.state, self.state_us = state, made_us
-        differs = state.plan_hash != self.plans.plan_id(PlanKind.MISSION) & 0x3F
+        self._overrule(self._pending.changes_of_another(state.plan_hash), ANOTHER, now_us)
+        differs = state.plan_hash != plan_hash(self.plans.plan_id(PlanKind.MISSION))
         if not self._verified or (differs and not self._pending.is_on_its_way(PlanKind.MISSION)):
             self._sync.lacks(Wanted.INFO)
         self._sync.step(now_us)
@@ -345,6 +356,7 @@ class ShoreTwin:
         if kept.params != params_check(self.params.changed):
             self._sync.lacks(Wanted.PARAMS)
         self._sync.step(now_us)
+        self._edits.told(kept, now_us)
 
     def _keep_plan(self, kind: PlanKind, items: tuple[PlanItem, ...], now_us: int) -> None:
         self.plans.put(kind, items)
@@ -355,7 +367,7 @@ class ShoreTwin:
 
     def _collect(self, now_us: int) -> None:
         for outcome in self.link.outcomes():
-            if self._sync.ended(outcome.id):
+            if self._sync.ended(outcome.id) or self._edits.ended(outcome):
                 continue
             pending = self._pending.pop(outcome.id)
             if pending is not None:
