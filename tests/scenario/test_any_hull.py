@@ -5,6 +5,7 @@ import statistics
 
 import pytest
 
+from companion.core.guide import GuidanceConfig
 from companion.core.hull import VesselConfig
 from companion.core.vehicle.config import VehicleConfig
 from companion.core.vehicle.vehicle import Vehicle
@@ -209,3 +210,15 @@ def test_a_hull_whose_propellers_and_rudders_are_odd_sails_as_straight_as_any_wh
     assert found.finished
     assert found.rms < 0.13
     assert found.most < 0.5
+
+
+def test_a_slow_hull_does_not_stand_beside_her_leg_where_drift_is_not_reckoned_with():
+    """She looks 10 m ahead, and the current sets her off by more than the integral's corridor: it never began, 2.3 m for good."""
+    no_drift = GuidanceConfig.model_validate({"follow": {"use_drift": False}})
+    across = WaterConfig(current_mps=0.4, current_to_deg=90.0)
+    run = Case(barge(), across, guidance=no_drift).loop()
+    run.place(0.0, 0.0, 0.0)
+    run.sail(run.goto(2000.0, 0.0), previous=run.frame.to_geodetic(0.0, 0.0))
+    while run.t_s < 140.0:
+        run.tick(1.2)
+    assert abs(run.vessel.east_m) < 0.2

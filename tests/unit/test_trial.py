@@ -10,6 +10,7 @@ from companion.core.guard.fence import FenceConfig
 from companion.core.hull.statics import stopping_distance_m, throttle_to_speed
 from companion.core.steer import SteeringConfig, manual_demand
 from companion.core.trial import Trial, TrialArea, TrialConfig, TrialStanding, free_around
+from companion.core.trial.helm_sense import HelmSense
 from companion.core.trial.homing import Homing
 from companion.core.trial.manoeuvres import Run, Turn, manoeuvres_of
 from mavlink_bridge.language.messages import EstimatedState
@@ -233,3 +234,22 @@ def test_a_hull_that_does_not_turn_at_rest_is_spared_the_spins_with_words():
     boat.tick()
     assert boat.texts[0] == "Trial: spins are left out: this hull does not turn without way on"
     assert boat.trial.progress == (0, len(manoeuvres_of(quick=True)) - 1)
+
+
+@pytest.mark.parametrize(("turns_away", "is_wrong"), [(False, True), (True, False)])
+def test_a_hull_that_turns_away_by_herself_may_spin_half_a_turn_against_her_helm(turns_away, is_wrong):
+    """Light twins without rudders were put to rest for it, sound."""
+    sense = HelmSense(turns_away=turns_away)
+    for tick in range(round(7.0 / TICK_S)):
+        rate_radps = min(0.8, 0.2 * tick * TICK_S)
+        sense.step(TICK_S, surge=0.5, helm=-0.5, r_radps=rate_radps, through_mps=0.8)
+    assert sense.is_wrong is is_wrong
+
+
+def test_what_is_turned_in_a_stream_from_ahead_counts_and_astern_does_not():
+    ahead, astern = HelmSense(turns_away=False), HelmSense(turns_away=False)
+    for _ in range(round(10.0 / TICK_S)):
+        ahead.step(TICK_S, surge=0.5, helm=0.5, r_radps=-0.3, through_mps=0.4)
+        astern.step(TICK_S, surge=0.5, helm=0.5, r_radps=-0.3, through_mps=-0.4)
+    assert ahead.is_wrong
+    assert not astern.is_wrong

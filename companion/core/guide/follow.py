@@ -62,8 +62,8 @@ _ANSWERS = 1.1
 """Look-ahead over the time in which the course answers the helm: the turn, then the slip. Less, and a slow hull swings about its path."""
 _SLOW_S = 3.0
 _SLOWER = 0.6
-"""A hull that takes longer to answer looks so much further ahead for each second more: she is still turning when she meets the leg, and
-swung past it and back three times. More than that, and gusts carry her off instead."""
+"""A hull that takes longer to answer looks so much further ahead on a leg for each second more: she is still turning when she meets it,
+and swung past it and back three times. More than that, and gusts carry her off instead."""
 _ARC_HOLDS_S = 1.0
 """A path is joined by an arc of twice the tightest radius, which leaves so much time to begin it. A heavy boat that turns towards the
 path takes longer, and twice: to end that turn, and to take up the other. She would swing past by metres."""
@@ -103,7 +103,8 @@ class Follower:
         answers_s = self._handling.takes_up_s + self._handling.sway_lag_s
         self._reverses_s = max(0.0, 2.0 * (self._handling.takes_up_s - _ARC_HOLDS_S))
         """How much longer she sails on before the turn towards a path has become one along it than the arc has to spare."""
-        self._look_ahead_s = max(config.look_ahead_s, _ANSWERS * answers_s + _SLOWER * max(0.0, answers_s - _SLOW_S))
+        self._look_ahead_s = max(config.look_ahead_s, _ANSWERS * answers_s)
+        self._leg_look_ahead_s = self._look_ahead_s + _SLOWER * max(0.0, answers_s - _SLOW_S)
         self._look_ahead_min_m = config.look_ahead_min_m
         self._integral, self._corridor_m = config.integral, config.integral_corridor_m
         self.integrator.most_slope = _SLOPE_BESIDE_DRIFT if config.use_drift else MOST_SLOPE
@@ -233,11 +234,12 @@ class Follower:
         self, dt_s: float, track: Chain, here: Projection, now_mps: float, planned: float
     ) -> tuple[float, float]:
         speed = now_mps if now_mps >= 0.5 * planned else 0.5 * planned
-        look_ahead = self._look_ahead_s * speed
+        look_ahead = (self._look_ahead_s if track.closed else self._leg_look_ahead_s) * speed
         if look_ahead < self._look_ahead_min_m:
             look_ahead = self._look_ahead_min_m
         cross, curvature, path = here.cross_m, here.curvature, here.course_rad
-        corridor = self._corridor_m if self._settled(dt_s, track, curvature) else 0.0
+        # as far off as the integral's own slope would have her stand, or it would never begin
+        corridor = max(self._corridor_m, MOST_SLOPE * look_ahead) if self._settled(dt_s, track, curvature) else 0.0
         cos, sin, vn, ve = math.cos(path), math.sin(path), self.motion.vn_mps, self.motion.ve_mps
         along, across = vn * cos + ve * sin, ve * cos - vn * sin
         standing = standing_share(cross, look_ahead, speed, across)

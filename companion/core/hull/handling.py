@@ -15,6 +15,8 @@ from .statics import Statics, drag_n, top_speed_mps
 from .thrust import ThrustLaw
 from .vessel_file import VesselConfig
 
+_TURNS_AWAY_PER_S = 1.0
+"""Growth of the turn rate beyond which a helmsman, or a light hand on the helm, is late."""
 _POINTS = 9
 """Speeds of the tables; between them values change by less than the file's own error."""
 _STEP_S = 0.05
@@ -147,6 +149,11 @@ class Handling:
         k = int(place)
         part = place - k
         return linear[k] + part * (linear[k + 1] - linear[k]), quadratic[k] + part * (quadratic[k + 1] - quadratic[k])
+
+    @property
+    def turns_away(self) -> bool:
+        """Whether the hull, left alone at half of her speed, turns away by herself, faster with each second."""
+        return self.yaw_damping(0.5 * self.top_mps)[0] < -_TURNS_AWAY_PER_S * self.vessel.hull.turning_kgm2
 
     def rate_for(self, moment_nm: float) -> float:
         """Return the steady yaw rate of the resting hull under a moment, rad/s."""

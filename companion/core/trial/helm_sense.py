@@ -2,7 +2,8 @@
 
 A trial is often a boat's first voyage, and its sticks show which way she turns. One that turns against a helm that has been held for
 a while, and turns no slower for it, is no boat to be sailed home: each stick would send her away. Turns that a helm only begins to
-take off, as in a zig-zag, count for neither side; nor does what is done astern, where rudders work the other way.
+take off, as in a zig-zag, count for neither side; nor does what is done astern, where rudders work the other way. A hull that turns
+away by herself does so for a while with the right helm, too: of her more is asked.
 """
 
 from __future__ import annotations
@@ -21,14 +22,20 @@ _TURNS_RADPS: Final = math.radians(2.0)
 """Slower is waves."""
 _AGAINST_RAD: Final = math.radians(60.0)
 """A gust that turns the bow at half throttle is over by then, and wind turns a bow no further than to itself."""
+_TURNS_AWAY_RAD: Final = 4.0
+"""The same of a hull that her file says turns away by herself: light twins without rudders spun by half a turn against half helm."""
 _WITH: Final = 3.0
 """Turned so many times as far against the helm as with it."""
+_ASTERN_MPS: Final = -0.1
+"""More than the water's noise."""
 
 
 class HelmSense:
     """One trial's helm; one call per tick."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, turns_away: bool) -> None:
+        """``turns_away``: the hull does so by herself."""
+        self._least_rad = _TURNS_AWAY_RAD if turns_away else _AGAINST_RAD
         self._rates: deque[tuple[float, float]] = deque()
         """Time and yaw rate, since the helm is held."""
         self._side = 0.0
@@ -36,11 +43,11 @@ class HelmSense:
         self.is_wrong = False
         """She turns against her helm."""
 
-    def step(self, dt_s: float, *, surge: float, helm: float, r_radps: float, surge_mps: float) -> None:
-        """Take the sticks that were out for this time, the yaw rate and the surge over ground that were seen."""
+    def step(self, dt_s: float, *, surge: float, helm: float, r_radps: float, through_mps: float) -> None:
+        """Take the sticks that were out for this time, the yaw rate and the surge through the water."""
         self._t_s += dt_s
         side = math.copysign(1.0, helm)
-        if abs(helm) < _HELM or surge < 0.0 or surge_mps < -0.1:
+        if abs(helm) < _HELM or surge < 0.0 or through_mps < _ASTERN_MPS:
             self._rates.clear()
             return
         if side != self._side:
@@ -57,5 +64,5 @@ class HelmSense:
         else:
             self._against_rad += abs(r_radps) * dt_s
         self.is_wrong = self.is_wrong or (
-            self._against_rad > _AGAINST_RAD and self._against_rad > _WITH * self._with_rad
+            self._against_rad > self._least_rad and self._against_rad > _WITH * self._with_rad
         )

@@ -92,11 +92,18 @@ class Trial:
     """One trial, valid where and when it was begun. ``step`` once per tick."""
 
     def __init__(
-        self, config: TrialConfig, start: EstimatedState, area: TrialArea | None = None, *, turns_at_rest: bool = True
+        self,
+        config: TrialConfig,
+        start: EstimatedState,
+        area: TrialArea | None = None,
+        *,
+        turns_at_rest: bool = True,
+        turns_away: bool = False,
     ) -> None:
         """``start`` holds position and heading: the area lies around it, the first run goes along its heading.
 
-        ``turns_at_rest``: the hull turns on the spot; one that does not is spared the spins, which would only drift.
+        ``turns_at_rest``: the hull turns on the spot; one that does not is spared the spins, which would only drift. ``turns_away``:
+        left alone under way, she turns away by herself.
         """
         assert start.x_m is not None
         assert start.y_m is not None
@@ -109,7 +116,7 @@ class Trial:
         self._phase, self._since_us = _Phase.BACK, start.t_us
         self._homing = Homing(self.area, start.t_us, config.turn_s)
         self._sailing: Sailing | None = None
-        self._sense = HelmSense()
+        self._sense = HelmSense(turns_away=turns_away)
         self._sticks = (0.0, 0.0)
         self._inward = False
         """The way towards the edge is taken off first, by the sticks: a law would turn round there at full speed."""
@@ -183,7 +190,8 @@ class Trial:
         back = self._told is not TrialStanding.RUNNING or self._phase is _Phase.BACK
         by_hand = back and self._homing.by_hand
         by_law = back and not (by_hand or self._inward or self._rests) and _here(state) is not None
-        self._sticks = sticks
+        # while the law brings her home the sticks are not what is out
+        self._sticks = (0.0, 0.0) if by_law else sticks
         return TrialOutput(
             *sticks, self._told, texts, alarms, home=by_law, rudders_alone=by_hand and self._homing.by_rudders
         )
@@ -191,10 +199,11 @@ class Trial:
     def _watch_helm(self, dt_s: float, state: EstimatedState) -> None:
         """A vessel that turns against her helm is neither tried nor kept: no law and no stick would bring her home."""
         surge, helm = self._sticks
-        rate_radps, surge_mps = state.r_radps, state.u_mps
-        if rate_radps is None or surge_mps is None:
+        rate_radps, surge_mps, psi = state.r_radps, state.u_mps, state.psi_rad
+        if rate_radps is None or surge_mps is None or psi is None:
             return
-        self._sense.step(dt_s, surge=surge, helm=helm, r_radps=rate_radps, surge_mps=surge_mps)
+        ahead_mps = (state.current_n_mps or 0.0) * math.cos(psi) + (state.current_e_mps or 0.0) * math.sin(psi)
+        self._sense.step(dt_s, surge=surge, helm=helm, r_radps=rate_radps, through_mps=surge_mps - ahead_mps)
         if self._sense.is_wrong and not self._rests:
             self.abandon("she turns against her helm")
             self._rest("Trial: leads changed over, or a rudder mirrored")

@@ -28,7 +28,7 @@ from mavlink_bridge.language.stations import Station
 
 from ..guard.depth.plan_legs import plan_legs
 from ..guard.failsafe_orders import Order
-from ..hull import ForceModel
+from ..hull import Handling
 from ..hull.left import WHOLE, Shares
 from ..hull.statics import top_speed_mps
 from ..hull.stopping import Braking
@@ -65,7 +65,9 @@ class Controls:
     def __init__(self, config: VehicleConfig, parts: Parts) -> None:
         self.config, self.parts, self.voice = config, parts, Voice()
         parts.navigator.stopping_m = self.stopping_distance_m
-        parts.navigator.turns_at_rest = ForceModel(parts.vessel).turns_at_rest
+        handling = Handling(parts.vessel)
+        parts.navigator.turns_at_rest = handling.model.turns_at_rest
+        parts.navigator.turns_away = handling.turns_away
         self.last = before_the_first(parts.gate.neutral(0, "start"))
         """The newest whole tick."""
         self.sensed = self.last.sensed

@@ -90,7 +90,7 @@ class Navigator:
         self._middle: Leg | None = None
         self.stopping_m: Callable[[float], float] = abs
         """Way from a speed to rest, m; the vehicle knows a better one."""
-        self.turns_at_rest = True
+        self.turns_at_rest, self.turns_away = True, False
         """Whether the hull turns on the spot; the vehicle knows."""
 
     def configure(self, config: ModeConfig, manual_timeout_s: float) -> None:
@@ -204,7 +204,7 @@ class Navigator:
             self._generation -= 1
             self._middle = Leg(self._generation, Loiter(-1, *_here(state), figure=Hover()), None, None, self.speed_mps)
             config = TrialConfig(radius_m=request.radius_m, quick=request.quick, turn_s=turn_s)
-            self._trial = Trial(config, state, area, turns_at_rest=self.turns_at_rest)
+            self._trial = Trial(config, state, area, turns_at_rest=self.turns_at_rest, turns_away=self.turns_away)
         return refusal
 
     @property

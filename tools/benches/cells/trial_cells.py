@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from companion.core.hull import ForceModel, VesselConfig
+from companion.core.hull import Handling, VesselConfig
 from companion.core.hull.statics import stopping_distance_m
 from companion.core.steer import SteeringConfig, manual_demand
 from companion.core.trial import Trial, TrialConfig, TrialStanding
@@ -67,7 +67,8 @@ def sail_trial(
     believed = belief or vessel
     loop = ControlLoop(Setup(vessel, water, belief=believed, seed=seed, plant=plant), source)
     loop.place(0.0, 0.0, 0.0)
-    trial = Trial(config, loop.state, turns_at_rest=ForceModel(believed).turns_at_rest)
+    handling = Handling(believed)
+    trial = Trial(config, loop.state, turns_at_rest=handling.model.turns_at_rest, turns_away=handling.turns_away)
     middle = Loiter(-1, *loop.frame.to_geodetic(0.0, 0.0), figure=Hover())
     rows, texts, furthest_m, homeward = [COLUMNS], list[str](), 0.0, False
     while True:
