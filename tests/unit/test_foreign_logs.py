@@ -235,6 +235,37 @@ def test_a_boat_that_goes_astern_by_a_throttle_ahead_is_told_which_column_is_rev
     assert told.count("--columns") == 1
 
 
+def up_and_down_a_river(stream_mps=1.0):
+    """Each way with another order over ground: against the stream she pushes more and is slower. A hull takes 3 s for its way."""
+    rows, through, heading, integral = rows_of(600.0), 0.0, 0.0, 0.0
+    for k, row in enumerate(rows):
+        upstream = int(k * PERIOD_S / 75.0) % 2
+        before = heading
+        heading += max(-0.03, min(0.03, math.pi * upstream - heading))
+        over_ground = through + stream_mps * math.cos(heading)
+        error = (0.5 if upstream else 1.4) - over_ground
+        integral = max(-0.5, min(0.5, integral + 0.1 * PERIOD_S * error))
+        throttle = max(0.0, min(0.85, 0.2 * error + integral + 0.3))
+        through += PERIOD_S / 3.0 * (2.0 * throttle - through)
+        rate = (heading - before) / PERIOD_S
+        row |= {"heading": heading, "yaw_rate": rate, "surge": over_ground, "sway": -stream_mps * math.sin(heading)}
+        row |= {"port": throttle + 0.3 * rate, "starboard": throttle - 0.3 * rate}
+    return rows
+
+
+def test_a_stream_is_no_sign_that_is_wrong(tmp_path):
+    """A sound record of a river was refused, and the mend that was offered made it a wrong one that passed."""
+    rows = up_and_down_a_river()
+    push, over_ground = ([row[name] for row in rows] for name in ("port", "surge"))
+    assert np.corrcoef(push, over_ground)[0, 1] < -0.5
+    file = written(tmp_path / "river.csv", rows)
+    assert disbelieved(read_voyage(file, COLUMNS), COLUMNS) == ""
+    assert disbelieved(read_voyage(file, COLUMNS)) == ""
+    wrong = COLUMNS | parse_columns(["surge=surge,0,-1"])
+    assert "surge=surge,0,-1" not in disbelieved(read_voyage(file, wrong), wrong)
+    assert "she goes astern" in disbelieved(read_voyage(file, wrong), wrong)
+
+
 def test_thrusters_that_are_swapped_are_told(tmp_path):
     """It was called rough water: the owner sailed again for nothing."""
     swapped = COLUMNS | {"port": Column("starboard"), "starboard": Column("port")}
