@@ -26,6 +26,8 @@ Tell = Callable[[str], None]
 
 _LOST_S: Final = 0.7
 """A record that is silent for longer goes on as another stretch."""
+_LATE_S: Final = 1.0
+"""Rows come out of order by less where sources are merged or a thread waits; a clock that begins again or is set steps back further."""
 _SHORTEST_S: Final = 5.0
 _SELDOM_S: Final = 1.2
 """A row a second taught a catamaran of 30 kg and a launch of 2 t: speeds within 3 % above a third of the throttle, ways to rest long."""
@@ -245,12 +247,8 @@ def _stretches(source: str, values: dict[str, Array], tell: Tell) -> list[Stretc
     speeds = "surge" in values and "sway" in values
     if not speeds and not ("lat" in values and "lon" in values):
         raise ValueError("neither surge and sway nor lat and lon: name the columns that hold the motion over ground")
-    rows = np.flatnonzero(np.isfinite(values["time"]))
-    back = np.flatnonzero(np.diff(values["time"][rows]) < 0.0) + 1
-    if len(back):
-        tell(_steps_back(values["time"][rows], back))
     found = []
-    for going_on in np.split(rows, back):
+    for going_on in _in_order(values["time"], tell):
         part = {name: value[going_on] for name, value in values.items()}
         # before rows are left out: a log of two sources tells commands where it tells no heading
         part |= {name: _held(part[name]) for name in _COMMANDS if name in part}
@@ -258,12 +256,28 @@ def _stretches(source: str, values: dict[str, Array], tell: Tell) -> list[Stretc
     return found
 
 
+def _in_order(time: Array, tell: Tell) -> list[Array]:
+    """The rows of each record, by time: a row that is a little late is put where it belongs, farther back another record begins."""
+    rows = np.flatnonzero(np.isfinite(time))
+    told = time[rows]
+    back = np.flatnonzero(np.diff(told) <= -_LATE_S) + 1
+    if len(back):
+        tell(_steps_back(told, back))
+    late = int((np.diff(told) < 0.0).sum()) - len(back)
+    if late:
+        tell(f"time steps back by less than {_LATE_S:g} s {_times(late)}: these rows are put in order")
+    return [part[np.argsort(time[part], kind="stable")] for part in np.split(rows, back)]
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
+
+
 def _steps_back(time: Array, back: Array) -> str:
     """What is told of a clock that began again, or was set: nothing may be reckoned over that moment."""
     first = back[0]
-    times = "once" if len(back) == 1 else f"{len(back)} times"
     return (
-        f"time steps back {times} (first from {time[first - 1]:g} to {time[first]:g} s): "
+        f"time steps back {_times(len(back))} (first from {time[first - 1]:g} to {time[first]:g} s): "
         "what comes after is taken as another record"
     )
 

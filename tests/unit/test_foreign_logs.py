@@ -104,6 +104,44 @@ def test_a_clock_that_is_set_back_by_seconds_is_a_cut(tmp_path):
     assert early.seconds + late.seconds == pytest.approx(60.0, abs=0.3)
 
 
+def swapped(rows):
+    """Two sources merged as they came: each 4 s a row stands one place too late."""
+    for k in range(0, len(rows) - 1, 40):
+        rows[k : k + 2] = rows[k : k + 2][::-1]
+    return rows
+
+
+def late_by(seconds):
+    def late(rows):
+        """Each 6 s a row comes so late, and would be the newest command for the rows behind it."""
+        back = round(seconds / PERIOD_S)
+        for k in reversed(range(30, len(rows) - back, 60)):
+            rows.insert(k + back, rows.pop(k))
+        return rows
+
+    return late
+
+
+@pytest.mark.parametrize(("disorder", "count"), [(swapped, 15), (late_by(0.3), 10), (late_by(0.8), 10)])
+def test_rows_a_little_out_of_order_are_put_in_order(tmp_path, disorder, count):
+    """A record of ten minutes was cut into a hundred, or held "no stretch of 5 s"."""
+    told = []
+    (whole,) = read_voyage(written(tmp_path / "whole.csv", rows_of(60.0)), COLUMNS)
+    (stretch,) = read_voyage(written(tmp_path / "late.csv", disorder(rows_of(60.0))), COLUMNS, told.append)
+    for name in ("port", "psi_rad", "surge", "rate"):
+        np.testing.assert_array_equal(getattr(stretch, name), getattr(whole, name))
+    assert told == [f"time steps back by less than 1 s {count} times: these rows are put in order"]
+
+
+def test_a_second_log_with_late_rows_is_still_a_second_log(tmp_path):
+    told = []
+    rows = [*swapped(rows_of(60.0)), *swapped(rows_of(40.0))]
+    stretches = read_voyage(written(tmp_path / "two.csv", rows), COLUMNS, told.append)
+    assert [round(stretch.seconds) for stretch in stretches] == [60, 40]
+    assert told[0].startswith("time steps back once (first from 59.9 to 0.1 s): ")
+    assert told[1:] == ["time steps back by less than 1 s 25 times: these rows are put in order"]
+
+
 def test_what_is_cut_is_told_to_whoever_fits(tmp_path, capsys):
     two = written(tmp_path / "two.csv", [*rows_of(20.0), *rows_of(20.0)])
     named = [f"{name}={name}" for name in NAMES]
