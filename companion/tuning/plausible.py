@@ -23,12 +23,16 @@ _TURN_S: Final = 4.0
 """The bow's turn is held against the sum of its rates over so long: what a compass is late by hardly counts then."""
 _TURNS_RAD: Final = 0.2
 """In less, one row in twenty, a record tells nothing of turning."""
+_TURNS_SURELY_RAD: Final = 0.5
+"""From here on two columns that tell of other turns are not a calm sea's and a compass's noise."""
+_SPIKE_S: Final = 1.0
+"""A median over so long leaves no spike of a few rows, and of what is turned in four seconds nearly all."""
 _TURNS_MOST_RAD: Final = 25.0
 """Once round a second: no hull does, and 6 degrees a second are taken for it."""
 _TOGETHER: Final = 0.5
 """Correlation below which two columns do not tell of the same motion; right records of the trials came to 0.98 at least."""
 _SURELY: Final = 0.8
-"""Correlation from which on a ratio is the columns' and not their noise's."""
+"""Correlation from which on a ratio is the columns' and not their noise's or spikes'."""
 _SCALE: Final = (0.6, 1.67)
 """Ratios of what should be alike that pass. A hull of 3 kg, whose rate an estimator smooths, comes to 1.2."""
 _DEGREES: Final = (30.0, 85.0)
@@ -94,9 +98,31 @@ def disbelieved(stretches: Sequence[Stretch], columns: Mapping[str, Column] | No
 
 def _turns(stretch: Stretch) -> tuple[Array, Array]:
     """By how much the bow turned in each span, by the heading and by the rate."""
+    from scipy.ndimage import median_filter
+
     span = round(_TURN_S / STEP_S)
-    summed = np.concatenate([[0.0], np.cumsum(0.5 * (stretch.rate[1:] + stretch.rate[:-1])) * STEP_S])
-    return stretch.psi_rad[span:] - stretch.psi_rad[:-span], summed[span:] - summed[:-span]
+    steps = 2 * round(0.5 * _SPIKE_S / STEP_S) + 1
+    psi, rate = (median_filter(each, steps, mode="nearest") for each in (stretch.psi_rad, stretch.rate))
+    summed = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1])) * STEP_S])
+    return psi[span:] - psi[:-span], summed[span:] - summed[:-span]
+
+
+def _unlike(one: Array, other: Array) -> bool:
+    """Whether two do not tell of the same, however it is looked at: a gyro's bias hides it from one look, spikes from another."""
+    from scipy.stats import rankdata
+
+    looks = [(one, other)]
+    looks += [tuple(each - each.mean() for each in pair) for pair in ((one, other), (rankdata(one), rankdata(other)))]
+    return all(abs(_Likeness.of(*look).correlation) < _TOGETHER for look in looks)
+
+
+def _median_ratio(one: Array, other: Array) -> float:
+    """How many times ``other`` one is, in the middle of the turns: what a few spikes hardly change."""
+    turned = np.flatnonzero(other)
+    ratios = one[turned] / other[turned]
+    order = np.argsort(ratios)
+    weights = np.cumsum(np.abs(other[turned])[order])
+    return float(ratios[order][np.searchsorted(weights, 0.5 * weights[-1])])
 
 
 def _heading(stretches: Sequence[Stretch], columns: Mapping[str, Column]) -> str:
@@ -114,15 +140,21 @@ def _heading(stretches: Sequence[Stretch], columns: Mapping[str, Column]) -> str
         return ""
     pair = f"heading (column {heading.name}) and yaw_rate (column {rate.name})"
     if abs(found.correlation) < _TOGETHER:
+        if max(turned) < _TURNS_SURELY_RAD or not _unlike(by_heading, by_rate):
+            return ""
         return f"{pair} do not tell of the same turns (correlation {found.correlation:.2f}): is each the right column?"
-    said = f"{pair} disagree: heading turns {found.times:.3g} times as fast"
-    size = abs(found.times)
-    if _DEGREES[0] < size < _DEGREES[1]:
+    times = _median_ratio(by_heading, by_rate)
+    said = f"{pair} disagree: heading turns {times:.3g} times as fast"
+    if _DEGREES[0] < abs(times) < _DEGREES[1]:
         return f"{said}; is it in degrees? then {_scaled('heading', heading, math.degrees(1.0))}"
-    if _DEGREES[0] < 1.0 / size < _DEGREES[1]:
+    if _DEGREES[0] < 1.0 / abs(times) < _DEGREES[1]:
         return f"{said}; is yaw_rate in degrees? then {_scaled('yaw_rate', rate, math.degrees(1.0))}"
-    if found.times > 0.0:
-        return f"{said}; is the scale of yaw_rate right? {_scaled('yaw_rate', rate, 1.0 / found.times)} would be"
+    if times * found.correlation < 0.0:
+        return ""
+    if times > 0.0:
+        if found.correlation < _SURELY or _SCALE[0] < times < _SCALE[1]:
+            return ""
+        return f"{said}; is the scale of yaw_rate right? {_scaled('yaw_rate', rate, 1.0 / times)} would be"
     return f"{said}; {_counted_backwards(stretches, columns)}"
 
 

@@ -360,6 +360,53 @@ def test_headings_of_another_boat_are_not_taken(tmp_path):
     assert "do not tell of the same turns" in disbelieved(read_voyage(strange, COLUMNS), COLUMNS)
 
 
+def hardly_turning():
+    """A boat that holds her course for ten minutes, but for one minute of weaving."""
+    rows = rows_of(600.0)
+    for row in rows:
+        t = row["time"]
+        weaves = 0.8 if 200.0 < t < 260.0 else 0.0
+        row["heading"] = 4.0 + 0.25 * math.sin(0.05 * t) + weaves * math.sin(0.3 * (t - 200.0))
+        row["yaw_rate"] = 0.0125 * math.cos(0.05 * t) + 0.3 * weaves * math.cos(0.3 * (t - 200.0))
+        row |= {"port": 0.4 + row["yaw_rate"], "starboard": 0.4 - row["yaw_rate"]}
+    return rows
+
+
+def each(count, value, factor=1.0):
+    return lambda k, x: value if k % count == count // 2 else factor * x
+
+
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"heading": each(100, 0.0)},
+        {"heading": each(30, 0.0)},
+        {"yaw_rate": each(200, 20.0)},
+        {"yaw_rate": each(30, 20.0)},
+        {"yaw_rate": lambda k, x: x + 0.09},
+    ],
+)
+@pytest.mark.parametrize("voyage", [hardly_turning, lambda: rows_of(300.0)])
+def test_spikes_and_a_bias_are_no_other_column_and_no_other_scale(tmp_path, voyage, changed):
+    """A compass that says 0 in one row of a hundred: "is the scale of yaw_rate right?", with a mend that halved it and passed."""
+    assert disbelieved(read_voyage(written(tmp_path / "log.csv", voyage(), **changed), COLUMNS), COLUMNS) == ""
+
+
+@pytest.mark.parametrize("wrong", [2.0, 0.5, 57.2958, -1.0])
+@pytest.mark.parametrize("voyage", [hardly_turning, lambda: rows_of(300.0)])
+def test_a_scale_that_is_wrong_is_told_among_spikes_too(tmp_path, voyage, wrong):
+    changed = {"heading": each(100, 0.0), "yaw_rate": each(200, 20.0, wrong)}
+    told = disbelieved(read_voyage(written(tmp_path / "log.csv", voyage(), **changed), COLUMNS), COLUMNS)
+    (scale,) = re.findall(r"yaw_rate=yaw_rate,0,([-\d.]+)", told)
+    assert float(scale) == pytest.approx(wrong, rel=0.02)
+
+
+@pytest.mark.parametrize("dead", [{"heading": times(0.0)}, {"yaw_rate": times(0.0)}])
+def test_a_sensor_that_stands_still_is_told(tmp_path, dead):
+    file = written(tmp_path / "log.csv", hardly_turning(), **dead)
+    assert "do not tell of the same turns" in disbelieved(read_voyage(file, COLUMNS), COLUMNS)
+
+
 def test_a_run_of_ones_own_is_sent_to_its_sensors(tmp_path):
     stretches = read_voyage(written(tmp_path / "log.csv", rows_of(120.0), yaw_rate=times(-1.0)), COLUMNS)
     told = disbelieved(stretches)
