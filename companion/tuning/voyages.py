@@ -42,6 +42,8 @@ _SPIKES: Final = 0.01
 _PULSES_US: Final = (700.0, 2300.0)
 _PERCENT: Final = (10.0, 110.0)
 _CLOCKS: Final = {"ms": 1e3, "us": 1e6, "ns": 1e9}
+_OTHER_SEPARATORS: Final = {";": "semicolons", "\t": "tabs"}
+"""What spreadsheets part columns by where a comma parts the decimals."""
 _OFTEN_S: Final = 0.004
 """No logger of a boat writes oftener: a shorter period is not what a unit of time is guessed by."""
 SMOOTH_STEPS: Final = 21
@@ -217,6 +219,8 @@ def _table(file: Path, tell: Tell) -> tuple[dict[str, list[str]], list[str]]:
     with file.open(newline="", encoding="utf-8-sig") as opened:
         rows = csv.reader(opened)
         names = next(rows, [])
+        if len(names) == 1 and (by := next((each for each in _OTHER_SEPARATORS if each in names[0]), "")):
+            raise ValueError(f"its columns are parted by {_OTHER_SEPARATORS[by]}: write commas, and points in numbers")
         told = [row for row in rows if row]
     kept = [row[: len(names)] for row in told if len(row) >= len(names) and not any(row[len(names) :])]
     if told and not kept:

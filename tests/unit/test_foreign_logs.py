@@ -197,6 +197,14 @@ def test_a_comma_behind_each_row_is_no_column(tmp_path):
     np.testing.assert_array_equal(stretch.port, whole.port)
 
 
+@pytest.mark.parametrize(("separator", "word"), [(";", "semicolons"), ("\t", "tabs")])
+def test_another_separator_than_commas_is_named(tmp_path, separator, word):
+    """It was told that all columns are missing."""
+    file = written(tmp_path / "a.csv", rows_of(60.0))
+    file.write_text(file.read_text(encoding="utf-8").replace(",", separator), encoding="utf-8")
+    assert refused(file) == f"its columns are parted by {word}: write commas, and points in numbers"
+
+
 def test_rows_of_another_length_are_told_and_all_of_them_refused(tmp_path):
     head, *lines = written(tmp_path / "a.csv", rows_of(60.0)).read_text(encoding="utf-8").splitlines()
     told = []
