@@ -20,7 +20,7 @@ from sitl.traffic import encoder
 from sitl.traffic.fleet import hull_distance_m
 from sitl.traffic.target import ManoeuvreText, VesselText
 from sitl.traffic.transmitter import AisText
-from tests.traffic_rig import Sea
+from tests.traffic_rig import START_UTC_US, Sea
 from tests.unit.test_traffic_mavlink import EXAMPLE
 
 # ---- clearance
@@ -200,6 +200,41 @@ def test_who_keeps_abeam_on_our_course_does_not_cross_until_she_turns_in(east_m:
     sea.run(3)
     (ship,) = sea.picture.threats
     assert ship.role is (Role.GIVE_WAY if east_m > 0.0 else Role.STAND_ON)
+
+
+@pytest.mark.parametrize("faster_mps", [0.1, 0.15, 0.19, 0.3])
+@pytest.mark.parametrize("east_m", [25.0, -25.0])
+def test_who_overtakes_slowly_is_overtaking_and_stays_so_when_she_turns_in(east_m: float, faster_mps: float) -> None:
+    """Rule 13 d: no later change of bearing makes her a crossing vessel, from starboard least of all."""
+    sea = Sea(own_mps=1.5)
+    ahead_m, roles = -20.0, set()
+    while ahead_m < 5.0:
+        sea.hear(overtaker(sea, (ahead_m, east_m), 1.5 + faster_mps, 0.0))
+        sea.run(3)
+        ahead_m += 3.0 * faster_mps
+        roles |= {ship.role for ship in sea.picture.threats}
+    sea.hear(overtaker(sea, (ahead_m, east_m), 1.5 + faster_mps, -math.copysign(40.0, east_m)))
+    sea.run(3)
+    roles |= {ship.role for ship in sea.picture.threats}
+    assert roles == {Role.OVERTAKEN}
+
+
+@pytest.mark.parametrize(("ahead_m", "role"), [(30.0, Role.OVERTAKING), (-30.0, Role.NONE)])
+def test_who_is_slower_than_we_are_is_overtaken_when_she_is_ahead(ahead_m: float, role: Role) -> None:
+    """And astern she falls behind: she neither crosses nor overtakes."""
+    sea = Sea(own_mps=1.5)
+    sea.hear(overtaker(sea, (ahead_m, 10.0), 1.4, 0.0))
+    sea.run(3)
+    (ship,) = sea.picture.threats
+    assert ship.role is role
+
+
+def overtaker(sea: Sea, place_m: tuple[float, float], mps: float, course_deg: float) -> bytes:
+    """A ship so far ahead and to starboard of us."""
+    place = sea.frame.to_geodetic(sea.north_m + place_m[0], place_m[1])
+    report = encoder.StationReport(244000001, *place, (START_UTC_US + sea.now_us) // 1_000_000 % 60)
+    report.sog_mps, report.cog_rad = mps, math.radians(course_deg)
+    return encoder.sentences(report.class_a(), 0)
 
 
 # ---- told

@@ -48,7 +48,7 @@ _AWAY_MPS: Final = 0.25
 _PARALLEL_RAD: Final = math.radians(5.0)
 """Courses that differ by less are the same as far as AIS tells a boat's;"""
 _PARALLEL_MPS: Final = 0.2
-"""and who draws nearer no faster than her speed's noise neither crosses nor overtakes."""
+"""and who draws nearer no faster than her speed's noise does not cross."""
 _SOON_S: Final = 90.0
 """From here on doubt counts as risk: 60 s of warning and two class B reports before them."""
 _AHEAD: Final = 0.5
@@ -213,7 +213,9 @@ def _role(track: Track, place_m: tuple[float, float], own: Own, hers: tuple[floa
         return Role.NONE
     speed = math.hypot(*hers)
     course = track.heading_rad if track.heading_rad is not None else math.atan2(hers[1], hers[0])
+    role = role_of(place_m, own.psi_rad, own.sog_mps, course, speed)
+    if role in (Role.OVERTAKING, Role.OVERTAKEN):
+        return role  # however slowly: who comes from abaft the beam is overtaking, and stays so when she turns in (rule 13 b, d)
     nearing_mps = math.hypot(hers[0] - own.vn_mps, hers[1] - own.ve_mps)
-    if nearing_mps < _PARALLEL_MPS and abs(wrap_pi(course - own.psi_rad)) < _PARALLEL_RAD:
-        return Role.NONE
-    return role_of(place_m, own.psi_rad, own.sog_mps, course, speed)
+    is_beside = nearing_mps < _PARALLEL_MPS and abs(wrap_pi(course - own.psi_rad)) < _PARALLEL_RAD
+    return Role.NONE if is_beside else role
