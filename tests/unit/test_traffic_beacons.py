@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import pytest
+
 from companion.core.traffic.table import TRACKS_MAX
 from companion.status.others import person_of
 from mavlink_bridge.language.traffic import VesselKind
@@ -23,6 +25,11 @@ def beacon(sea: Sea, mmsi: int, north_m: float, status: int, *, placed: bool = T
     report = encoder.StationReport(mmsi, *place, int(sea.time_s) % 60 if placed else 63)
     report.status = status
     return encoder.sentences(report.class_a(), 0)
+
+
+def told(sea: Sea) -> list[str]:
+    """What was said of beacons."""
+    return [text for _, _, text in sea.texts if " beacon " in text]
 
 
 def test_a_beacon_that_was_tested_is_a_person_when_it_is_used_in_earnest() -> None:
@@ -71,6 +78,29 @@ def test_where_a_beacon_was_tested_is_not_where_it_is_used() -> None:
     assert not sea.picture.vessels
     assert sea.texts[-1][2] == "MOB beacon 972111222: position unknown"
     assert len(sea.texts) == 2
+
+
+@pytest.mark.parametrize("silent_h", [2.0, 7.0], ids=["still shown", "forgotten"])
+def test_a_beacon_that_is_used_again_after_hours_is_told_again(silent_h: float) -> None:
+    """The same crew's beacon, the next man: the page alone had shown him."""
+    sea = Sea(own_mps=0.0)
+    sea.hear(beacon(sea, 972111222, 300.0, 14))
+    sea.run(5)
+    sea.dt_s = 30.0
+    sea.run(silent_h * 3600.0)
+    sea.dt_s = 0.5
+    for _ in range(5):
+        sea.hear(beacon(sea, 972111222, 900.0, 14))
+        sea.run(10)
+    assert told(sea) == ["MOB beacon 972111222: 300 m north", "MOB beacon 972111222: 900 m north"]
+
+
+def test_a_beacon_that_waves_hide_for_minutes_is_told_once() -> None:
+    sea = Sea(own_mps=0.0)
+    for _ in range(4):
+        sea.hear(beacon(sea, 972111222, 300.0, 14))
+        sea.run(600)
+    assert len(told(sea)) == 1
 
 
 def test_a_person_is_taken_and_kept_however_many_ships_are_heard() -> None:

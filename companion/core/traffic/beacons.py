@@ -16,6 +16,8 @@ from .words import POSITION_UNKNOWN, Text, where
 
 _ACTIVE: Final = 14
 """Navigational status of a beacon that is used in earnest."""
+_ANEW_US: Final = 3_600_000_000
+"""A beacon sends eight times a minute, and waves hide it for minutes: who is heard after an hour is in the water anew."""
 _What = TypeVar("_What")
 
 
@@ -29,6 +31,8 @@ class DistressBeacons:
         """Those in earnest that have no position yet, and when they were heard."""
         self._told: dict[int, tuple[bool, bool]] = {}
         """What was told of each: whether as a test, and whether with a place."""
+        self._heard_us: dict[int, int] = {}
+        """When each of those was heard last."""
 
     def take_text(self, report: SafetyText) -> None:
         """Take a beacon's text. One that says nothing of a test is in earnest."""
@@ -49,12 +53,14 @@ class DistressBeacons:
             self._unplaced.pop(report.mmsi, None)
         else:
             _remember(self._unplaced, report.mmsi, now_us)
+        self._hear(report.mmsi, now_us)
         return self._tell(report.mmsi, POSITION_UNKNOWN, test=test, placed=False)
 
     def tell(self, vessel: OtherVessel) -> list[Text]:
         """Return what is to be told of a beacon that has a place."""
         self._unplaced.pop(vessel.mmsi, None)
         test, placed = vessel.kind is VesselKind.BEACON_TEST, vessel.range_m is not None
+        self._hear(vessel.mmsi, vessel.reported_us)
         return self._tell(vessel.mmsi, where(vessel), test=test, placed=placed)
 
     @property
@@ -68,6 +74,13 @@ class DistressBeacons:
         for mmsi in over:
             del self._unplaced[mmsi]
         return bool(over)
+
+    def _hear(self, mmsi: int, heard_us: int) -> None:
+        """Forget what was told of a beacon that is heard again after a long silence."""
+        before_us = self._heard_us.get(mmsi, heard_us)
+        if heard_us - before_us > _ANEW_US:
+            self._told.pop(mmsi, None)
+        _remember(self._heard_us, mmsi, max(before_us, heard_us))
 
     def _tell(self, mmsi: int, place: str, *, test: bool, placed: bool) -> list[Text]:
         told = self._told.get(mmsi)
