@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import pytest
 
-from companion.core.traffic.table import TRACKS_MAX
+from companion.core.traffic.table import BEACONS_MAX, TRACKS_MAX
+from companion.core.traffic.throttle import TEXTS_MAX
 from companion.status.others import person_of
 from mavlink_bridge.language.traffic import VesselKind
 from sitl.traffic import encoder
@@ -120,6 +122,80 @@ def test_a_person_is_taken_and_kept_however_many_ships_are_heard() -> None:
     sea.run(2)
     assert sea.picture.person
     assert sea.traffic.table.count == TRACKS_MAX
+
+
+def comes(sea: Sea, mmsi: int) -> bytes:
+    """A ship on her way to us, 400 m off at first, at 5 m/s."""
+    report = encoder.StationReport(mmsi, *sea.frame.to_geodetic(400.0 - 5.0 * sea.time_s, 0.0), int(sea.time_s) % 60)
+    report.sog_mps, report.cog_rad = 5.0, math.pi
+    return encoder.sentences(report.class_a(), 0)
+
+
+@pytest.mark.parametrize("off_m", [9000.0, 100.0])
+@pytest.mark.parametrize("first", ["the ship", "the beacons"])
+def test_forged_beacons_push_out_no_ship_that_comes_at_us(first: str, off_m: float) -> None:
+    sea = Sea(own_mps=0.0, dt_s=0.1)
+    if first == "the ship":
+        sea.hear(comes(sea, 235777777))
+        sea.run(2)
+    for number in range(300):
+        sea.hear(beacon(sea, 972000000 + number, off_m, 14))
+        sea.step()
+    for _ in range(5):
+        sea.hear(comes(sea, 235777777))
+        sea.run(2)
+    assert 235777777 in {vessel.mmsi for vessel in sea.picture.threats}
+    assert sum(vessel.kind is VesselKind.PERSON for vessel in sea.picture.vessels) == BEACONS_MAX
+
+
+def test_of_too_many_beacons_the_nearest_are_kept() -> None:
+    sea = Sea(own_mps=0.0, dt_s=0.1)
+    for number in range(100):
+        sea.hear(beacon(sea, 972000000 + number, 5000.0 - 10.0 * number, 14))
+        sea.step()
+    sea.run(2)
+    assert {vessel.mmsi for vessel in sea.picture.vessels} == set(range(972000100 - BEACONS_MAX, 972000100))
+
+
+def test_a_ship_that_comes_at_us_is_kept_though_many_lie_nearer() -> None:
+    sea = Sea(own_mps=0.0, dt_s=0.05)
+    sea.hear(comes(sea, 235777777))
+    sea.run(2)
+    for number in range(300):
+        sea.hear(position(244000000 + number, sea, 200.0))
+        sea.step()
+    assert 235777777 in {vessel.mmsi for vessel in sea.picture.threats}
+
+
+def test_a_flood_of_beacons_is_told_in_few_words_and_all_that_are_kept_in_the_end() -> None:
+    sea = Sea(own_mps=0.0, dt_s=0.1)
+    for number in range(100):
+        sea.hear(beacon(sea, 972000000 + number, 9000.0 + 10.0 * number, 14))
+        sea.step()
+    sea.run(40)
+    times_s = [at_s for at_s, _, text in sea.texts if " beacon " in text]
+    assert len(times_s) == BEACONS_MAX
+    assert all(later - sooner >= 9.9 for sooner, later in zip(times_s, times_s[TEXTS_MAX:], strict=False))
+
+
+def test_beacons_in_test_keep_no_person_from_being_told_at_once() -> None:
+    sea = Sea(own_mps=0.0, dt_s=0.1)
+    for number in range(30):
+        sea.hear(beacon(sea, 970000000 + number, 900.0, 15))
+    sea.run(2)
+    sea.hear(beacon(sea, 972111222, 300.0, 14))
+    sea.run(1)
+    assert told(sea)[-1] == "MOB beacon 972111222: 300 m north"
+
+
+def test_a_beacon_that_flaps_between_test_and_earnest_is_told_of_both_once_in_a_minute() -> None:
+    sea = Sea(own_mps=0.0)
+    for number in range(60):
+        sea.hear(beacon(sea, 972111222, 300.0, 14 + number % 2))
+        sea.run(2)
+    alerts_s = sea.said("beacon 972111222: 300 m north")
+    assert len(told(sea)) <= 6
+    assert all(later - sooner >= 60.0 for sooner, later in pairwise(alerts_s))
 
 
 def test_who_is_near_stays_though_she_goes_away_and_ships_far_off_do_not() -> None:

@@ -12,13 +12,49 @@ from mavlink_bridge.language.traffic import OtherVessel, VesselKind, beacon_name
 
 from ..ais.reports import PositionReport, SafetyText
 from .table import PERSON_LIFE_S, TRACKS_MAX
+from .throttle import Throttle
 from .words import POSITION_UNKNOWN, Text, where
 
 _ACTIVE: Final = 14
 """Navigational status of a beacon that is used in earnest."""
 _ANEW_US: Final = 3_600_000_000
 """A beacon sends eight times a minute, and waves hide it for minutes: who is heard after an hour is in the water anew."""
+_AGAIN_US: Final = 60_000_000
+"""A switch that flaps between test and earnest, or is forged so, is told of both once in a minute."""
 _What = TypeVar("_What")
+
+
+_Word = tuple[bool, bool]
+"""What is told of a beacon: whether as a test, and whether with a place."""
+
+
+class _Told:
+    """What was told of one beacon."""
+
+    __slots__ = ("_at_us", "_last", "_mmsi", "heard_us")
+
+    def __init__(self, mmsi: int, heard_us: int) -> None:
+        self._mmsi = mmsi
+        self.heard_us = heard_us
+        """When it was heard last."""
+        self._last: _Word | None = None
+        self._at_us: dict[_Word, int] = {}
+
+    def tell(self, word: _Word, place: str, now_us: int, throttle: Throttle) -> list[Text]:
+        """What is news; what finds no room is told when there is some, if it is still so then."""
+        test, placed = word
+        last = self._last
+        if last is not None and last[0] is test and (last[1] or not placed):
+            return []
+        at_us = self._at_us.get(word)
+        if (at_us is not None and now_us - at_us < _AGAIN_US) or not throttle.has_room(now_us):
+            return []
+        throttle.spend(now_us)
+        self._last = word
+        self._at_us[word] = now_us
+        if test:
+            return [(Severity.NOTICE, f"{beacon_name(self._mmsi)} beacon {self._mmsi} in test: {place}")]
+        return [(Severity.ALERT, f"{beacon_name(self._mmsi)} beacon {self._mmsi}: {place}")]
 
 
 class DistressBeacons:
@@ -29,10 +65,9 @@ class DistressBeacons:
         """Those whose text says that they are in earnest."""
         self._unplaced: dict[int, int] = {}
         """Those in earnest that have no position yet, and when they were heard."""
-        self._told: dict[int, tuple[bool, bool]] = {}
-        """What was told of each: whether as a test, and whether with a place."""
-        self._heard_us: dict[int, int] = {}
-        """When each of those was heard last."""
+        self._told: dict[int, _Told] = {}
+        self._throttles = {True: Throttle(), False: Throttle()}
+        """For tests and for persons: no number of tests keeps a person from being told."""
 
     def take_text(self, report: SafetyText) -> None:
         """Take a beacon's text. One that says nothing of a test is in earnest."""
@@ -53,15 +88,15 @@ class DistressBeacons:
             self._unplaced.pop(report.mmsi, None)
         else:
             _remember(self._unplaced, report.mmsi, now_us)
-        self._hear(report.mmsi, now_us)
-        return self._tell(report.mmsi, POSITION_UNKNOWN, test=test, placed=False)
+        told = self._hear(report.mmsi, now_us)
+        return told.tell((test, False), POSITION_UNKNOWN, now_us, self._throttles[test])
 
     def tell(self, vessel: OtherVessel) -> list[Text]:
         """Return what is to be told of a beacon that has a place."""
         self._unplaced.pop(vessel.mmsi, None)
-        test, placed = vessel.kind is VesselKind.BEACON_TEST, vessel.range_m is not None
-        self._hear(vessel.mmsi, vessel.reported_us)
-        return self._tell(vessel.mmsi, where(vessel), test=test, placed=placed)
+        what = vessel.kind is VesselKind.BEACON_TEST, vessel.range_m is not None
+        told = self._hear(vessel.mmsi, vessel.reported_us)
+        return told.tell(what, where(vessel), vessel.t_us, self._throttles[what[0]])
 
     @property
     def are_unplaced(self) -> bool:
@@ -75,21 +110,14 @@ class DistressBeacons:
             del self._unplaced[mmsi]
         return bool(over)
 
-    def _hear(self, mmsi: int, heard_us: int) -> None:
-        """Forget what was told of a beacon that is heard again after a long silence."""
-        before_us = self._heard_us.get(mmsi, heard_us)
-        if heard_us - before_us > _ANEW_US:
-            self._told.pop(mmsi, None)
-        _remember(self._heard_us, mmsi, max(before_us, heard_us))
-
-    def _tell(self, mmsi: int, place: str, *, test: bool, placed: bool) -> list[Text]:
+    def _hear(self, mmsi: int, heard_us: int) -> _Told:
+        """What was told of a beacon; nothing of one that is heard again after a long silence."""
         told = self._told.get(mmsi)
-        if told is not None and told[0] is test and (told[1] or not placed):
-            return []
-        _remember(self._told, mmsi, (test, placed))
-        if test:
-            return [(Severity.NOTICE, f"{beacon_name(mmsi)} beacon {mmsi} in test: {place}")]
-        return [(Severity.ALERT, f"{beacon_name(mmsi)} beacon {mmsi}: {place}")]
+        if told is None or heard_us - told.heard_us > _ANEW_US:
+            told = _Told(mmsi, heard_us)
+        told.heard_us = max(told.heard_us, heard_us)
+        _remember(self._told, mmsi, told)
+        return told
 
 
 def _remember(known: dict[int, _What], mmsi: int, what: _What) -> None:

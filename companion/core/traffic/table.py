@@ -2,7 +2,7 @@
 
 One number may be two vessels, or one that seems to jump: both places are held until three reports in a row agree. A report that is
 heard twice, or sent on by a relay, never makes a track younger. At most 256 tracks: the farthest that opens goes first; one that is
-near goes after all that are far, and a person's beacon last of all.
+near goes after all that are far, then who may hit us, and a person's beacon last of all. Of beacons the 32 nearest are kept.
 Tracks are ordered by number, then by age, so that a replay is bit for bit the same.
 """
 
@@ -22,6 +22,8 @@ from .track import Track, offset_m
 
 TRACKS_MAX: Final = 256
 """A crowded roadstead; more is a flood, and the far ones go."""
+BEACONS_MAX: Final = 32
+"""A lifeboat's crew; more are forged, and what is never given up for a ship must leave room for ships."""
 _NEAR_M: Final = 2000.0
 """From here a ship of 10 m/s is on us within the look-ahead: that her distance opens now is no reason to forget her."""
 _STATICS_MAX: Final = 512
@@ -62,7 +64,7 @@ NO_STATIC: Final = Static()
 class JudgedTrack:
     """A track with what the judge last saw of it."""
 
-    __slots__ = ("close_again_us", "confirmed", "due_us", "opening", "range_m", "since_other", "track")
+    __slots__ = ("close_again_us", "confirmed", "due_us", "in_danger", "opening", "range_m", "since_other", "track")
 
     def __init__(self, track: Track) -> None:
         self.track = track
@@ -72,6 +74,8 @@ class JudgedTrack:
         """Before this she is not told as close again."""
         self.range_m = math.inf
         self.opening = False
+        self.in_danger = False
+        """She may hit us."""
         self.since_other = 0
         """Reports since her double last had one."""
         self.confirmed = True
@@ -164,24 +168,37 @@ class Table:
             weak = min(entries, key=lambda entry: (entry.confirmed, entry.track.t_us))
             entries.remove(weak)
             self.count -= 1
-        elif self.count >= TRACKS_MAX and not self._make_room(fresh):
+        elif not self._make_room(fresh):
             if not entries:
                 del self._entries[report.mmsi]
             self.dropped += 1
             return None
+        entries = self._entries.setdefault(report.mmsi, entries)  # the room may have been her own other place's
         fresh.confirmed = not entries
         entries.append(fresh)
         self.count += 1
         return fresh
 
     def _make_room(self, fresh: JudgedTrack) -> bool:
-        """Drop who matters least; False when the new one matters no more."""
-        worst = max((entry for each in self._entries.values() for entry in each), key=_spared)
+        """Drop who matters least where there is no room; False when the new one matters no more."""
+        rivals = self._rivals(fresh)
+        if not rivals:
+            return True
+        worst = max(rivals, key=_spared)
         if _spared(fresh) >= _spared(worst):
             return False
         self.drop(worst)
         self.dropped += 1
         return True
+
+    def _rivals(self, fresh: JudgedTrack) -> list[JudgedTrack]:
+        """Of whom one must go before there is room for a new one."""
+        entries = [entry for each in self._entries.values() for entry in each]
+        if is_beacon(fresh.track.mmsi):
+            beacons = [entry for entry in entries if is_beacon(entry.track.mmsi)]
+            if len(beacons) >= BEACONS_MAX:
+                return beacons
+        return entries if self.count >= TRACKS_MAX else []
 
     def _agree(self, mmsi: int, entry: JudgedTrack) -> None:
         """Let three reports in a row decide between two places."""
@@ -224,10 +241,10 @@ def is_beacon(mmsi: int) -> bool:
     return station_of(mmsi) in DISTRESS
 
 
-def _spared(entry: JudgedTrack) -> tuple[bool, bool, bool, float]:
+def _spared(entry: JudgedTrack) -> tuple[bool, bool, bool, bool, float]:
     """The order in which tracks are given up in a flood: the greatest first."""
     is_far = entry.range_m > _NEAR_M
-    return not is_beacon(entry.track.mmsi), is_far, is_far and entry.opening, entry.range_m
+    return not is_beacon(entry.track.mmsi), not entry.in_danger, is_far, is_far and entry.opening, entry.range_m
 
 
 def fix_age_s(report: PositionReport, utc_us: int | None) -> float | None:

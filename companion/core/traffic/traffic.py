@@ -27,6 +27,7 @@ from .health import ReceiverHealth
 from .judge import NO_DEALING, Dealing, Own, TrafficLook, look, own_of
 from .own import OwnNumbers
 from .table import JudgedTrack, Table, fix_age_s, is_beacon
+from .throttle import Throttle
 from .track import Track
 from .words import Text
 
@@ -34,9 +35,6 @@ LOOK_US: Final = 1_000_000
 """A vessel is judged again after this: AIS of the fastest comes every two."""
 LOOKS_A_TICK: Final = 24
 """Some 25 us each: a tick's share stays far below 5 ms."""
-_TEXTS_MAX: Final = 10
-_TEXTS_US: Final = 10_000_000
-"""After so many texts in this time only danger at hand is told: in a crowded anchorage words are noise."""
 _CLOSE_AGAIN_US: Final = 60_000_000
 """One danger is told once: who sways about the limit of close is not called close again before, unless she was past and clear."""
 _RANK: Final = {Danger.CLOSE: 0, Danger.RISK: 1, Danger.NONE: 2}
@@ -69,7 +67,7 @@ class Traffic:
         """What the last look at each gave, with her place in the picture's order."""
         self.beacons = DistressBeacons()
         self._texts: list[Text] = []
-        self._spoken_us: list[int] = []
+        self._throttle = Throttle()
         self._changed = False
         self._own: Own | None = None
 
@@ -236,6 +234,7 @@ class Traffic:
         if kind not in (VesselKind.CLASS_A, VesselKind.CLASS_B):
             seen = TrafficLook(NO_DEALING, seen.range_m, seen.bearing_rad, seen.opening, None)
         entry.range_m, entry.opening = seen.range_m, seen.opening
+        entry.in_danger = seen.dealing.danger is not Danger.NONE
         vessel = self._vessel(entry, kind, seen, now_us)
         self._seen[entry] = seen.dealing, vessel, _key(vessel)
         self._tell(entry, before, vessel, now_us)
@@ -253,9 +252,8 @@ class Traffic:
         self._speak(text, now_us)
 
     def _speak(self, text: Text, now_us: int) -> None:
-        self._spoken_us = [at_us for at_us in self._spoken_us if now_us - at_us < _TEXTS_US]
-        if len(self._spoken_us) < _TEXTS_MAX or text[0] <= Severity.CRITICAL:
-            self._spoken_us.append(now_us)
+        if self._throttle.has_room(now_us) or text[0] <= Severity.CRITICAL:  # danger at hand is told in any crowd
+            self._throttle.spend(now_us)
             self._texts.append(text)
 
     # ---- out
