@@ -52,6 +52,26 @@ def test_a_beacon_that_was_tested_is_a_person_when_it_is_used_in_earnest() -> No
     ]
 
 
+def test_a_beacon_whose_status_says_test_is_one_whatever_its_text_said_before() -> None:
+    sea = Sea(own_mps=0.0)
+    sea.hear(encoder.sentences(encoder.safety(970111222, "SART ACTIVE"), 0))
+    sea.hear(beacon(sea, 970111222, 300.0, 14))
+    sea.run(5)
+    assert sea.picture.person
+    sea.hear(beacon(sea, 970111222, 300.0, 15))
+    sea.run(5)
+    assert not sea.picture.person
+    assert told(sea)[-1] == "SART beacon 970111222 in test: 300 m north"
+
+
+def test_a_beacon_whose_status_says_nothing_is_what_its_text_says() -> None:
+    sea = Sea(own_mps=0.0)
+    sea.hear(encoder.sentences(encoder.safety(970111222, "SART ACTIVE"), 0))
+    sea.hear(beacon(sea, 970111222, 300.0, 0))
+    sea.run(5)
+    assert sea.picture.person
+
+
 def test_a_person_whose_beacon_has_no_fix_yet_is_told_and_again_with_the_place() -> None:
     sea = Sea(own_mps=0.0)
     for _ in range(10):

@@ -16,7 +16,9 @@ from .throttle import Throttle
 from .words import POSITION_UNKNOWN, Text, where
 
 _ACTIVE: Final = 14
-"""Navigational status of a beacon that is used in earnest."""
+"""Navigational status of a beacon that is used in earnest,"""
+_TESTED: Final = 15
+"""and of one in test."""
 _ANEW_US: Final = 3_600_000_000
 """A beacon sends eight times a minute, and waves hide it for minutes: who is heard after an hour is in the water anew."""
 _AGAIN_US: Final = 60_000_000
@@ -77,8 +79,9 @@ class DistressBeacons:
             _remember(self._said_active, report.mmsi, None)
 
     def kind_of(self, report: PositionReport) -> VesselKind:
-        """Whether a beacon that reports is a person or a test."""
-        in_earnest = report.status == _ACTIVE or report.mmsi in self._said_active
+        """Whether a beacon that reports is a person or a test: by its status, and by its text where that says neither."""
+        said_active = report.mmsi in self._said_active and report.status != _TESTED
+        in_earnest = report.status == _ACTIVE or said_active
         return VesselKind.PERSON if in_earnest else VesselKind.BEACON_TEST
 
     def take_unplaced(self, report: PositionReport, now_us: int) -> list[Text]:
