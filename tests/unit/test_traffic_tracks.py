@@ -121,6 +121,17 @@ def test_a_feed_that_is_late_beyond_belief_is_told_once_and_its_end_too(latency_
     assert len(sea.said("in time again")) == int(late)
 
 
+@pytest.mark.parametrize("behind_s", [1, 2, 9])
+def test_a_clock_some_seconds_behind_makes_no_report_late(behind_s: int) -> None:
+    """Her second is ahead of ours: by the minute's second alone that would be an age of 58 s."""
+    sea = Sea(own_mps=0.0)
+    for _ in range(30):
+        second = ((START_UTC_US + sea.now_us) // 1_000_000 + behind_s) % 60
+        sea.hear(position(244123456, sea, 500.0, 0.0, second=second))
+        sea.run(3)
+    assert not sea.said("late")
+
+
 def position(
     mmsi: int, sea: Sea, north_m: float, east_m: float, *, speed_mps: float | None = 3.0, second: int | None = None
 ) -> bytes:

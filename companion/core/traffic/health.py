@@ -22,6 +22,8 @@ _AGES: Final = 8
 """So many reports in a row that are late, or in time again, are no chance: one vessel with a wrong clock among others is not told."""
 _AGES_AGREE_S: Final = 6.0
 """Late by a network, or seen by a clock that is off, all are late alike."""
+_AHEAD_S: Final = 60.0 - BELIEVED_AGE_S
+"""An age is known below a minute only: above this the fix is ahead of our clock, which is some seconds behind, and nothing is late."""
 _TEXTS_KEPT: Final = 16
 """Texts whose time is remembered; a receiver that invents them fills no memory."""
 
@@ -52,7 +54,7 @@ class ReceiverHealth:
 
     def fix_age(self, age_s: float) -> None:
         """A report has come whose fix is so old by its UTC second: late ones cannot be told from a clock that is off, and are not used."""
-        ages_s = self._ages_s = [*self._ages_s[1 - _AGES :], age_s]
+        ages_s = self._ages_s = [*self._ages_s[1 - _AGES :], age_s if age_s <= _AHEAD_S else age_s - 60.0]
         if len(ages_s) < _AGES:
             return
         in_time = max(ages_s) <= BELIEVED_AGE_S
