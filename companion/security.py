@@ -2,10 +2,10 @@
 
 A link that other machines can reach is served only with signing, or for telemetry alone, or when the configuration says
 ``insecure = true``, which every ground station is told. Time stamps come from the store, from this computer's clock at the start and
-from GNSS (forward only, once, while disarmed; where the store brought none, by any step and under arms too). Where GNSS shows that the time
-was not known until then, nothing older than its time less ``NEW_STREAM_BEHIND`` is accepted from there on: what opened a stream before
-may have been recorded. Stamps are saved at shutdown, every 10 s and at a leap, so that what was accepted before a
-restart is not accepted again. Source: firmware-reliability §B.3 and row 50.
+from GNSS (forward only, once, while disarmed; where neither store nor clock brought one, by any step and under arms too). Where
+GNSS shows that the time was not known until then, nothing older than its time less ``NEW_STREAM_BEHIND`` is accepted from there on:
+what opened a stream before may have been recorded. Stamps are saved at shutdown, every 10 s and at a leap, so that what was accepted
+before a restart is not accepted again. Source: firmware-reliability §B.3 and row 50.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from mavlink_bridge.language.snapshot import Snapshot
 from mavlink_bridge.language.witness import Witness
 from mavlink_bridge.mavlink.wire.signing import NEW_STREAM_BEHIND, UNITS_PER_S, SigningState, units_from_utc
 
+from .io.clock import EARLIEST_UTC_US
 from .io.keeping import AnyStore
 from .io.keeping.content import SaveStamp, Together
 from .io.keeping.keys import KeyFileError, fingerprint, read_key, write_key
@@ -35,7 +36,7 @@ LEAP: Final = UNITS_PER_S
 MARGIN_S: Final = SAVE_US / 1e6 + LEAP / UNITS_PER_S
 """After a loss of power the newest saved stamp may be so much older than the newest accepted one."""
 MAX_GNSS_STEP: Final = 400 * 86_400 * UNITS_PER_S
-"""How far GNSS may move a stamp that is already there: longer than a winter ashore."""
+"""How far GNSS may move a time that the store or this computer's clock brought: longer than a winter ashore."""
 OWN: Final = "own"
 FLOOR: Final = "floor"
 CLEAN: Final = "clean"
@@ -176,8 +177,8 @@ class Keeper:
         self._store = store
         self._say = say
         self._doors = tuple(open_doors(settings))
-        self._is_blank = OWN not in store.snapshot().stamps
-        """The store remembers nothing: until GNSS tells the time, what is old cannot be told from what is new."""
+        self._is_blank = OWN not in store.snapshot().stamps and started_utc_us < EARLIEST_UTC_US
+        """Nothing tells the time: until GNSS does, what is old cannot be told from what is new."""
         self._restore()
         self.state.advance(started_utc_us)
         self._base: int | None = None

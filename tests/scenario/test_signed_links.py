@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -302,6 +303,33 @@ def test_a_store_that_remembers_lets_nobody_be_put_out_by_a_time_of_which_it_kne
     second = World(settings(tmp_path), seed=3, store=store)
     second.run(5.0)
     assert second.app.keeper.state.floor == floor
+
+
+DAY_US = 86_400_000_000
+CLOCK_US = 1_790_000_000_000_000
+"""A right clock of the computer, as it starts."""
+
+
+@pytest.mark.parametrize(
+    ("clock_us", "ahead_days", "is_armed", "taken"),
+    [
+        (CLOCK_US, 3 * 365, False, False),
+        (CLOCK_US, 3 * 365, True, False),
+        (CLOCK_US, 200, True, False),
+        (CLOCK_US, 200, False, True),
+        (0, 3 * 365, False, True),
+        (0, 3 * 365, True, True),
+    ],
+)
+def test_a_forged_gnss_time_puts_nobody_out_for_years_where_the_computer_has_a_clock(
+    tmp_path: Path, world: World, clock_us: int, ahead_days: int, is_armed: bool, taken: bool
+) -> None:
+    """Also with a new store. Without a clock GNSS is the only one who tells the time, whatever it is."""
+    keeper = security.Keeper(settings(tmp_path), MemoryStore(), lambda *text: None, clock_us)
+    keeper.tick(0, None)
+    told_us = CLOCK_US + ahead_days * DAY_US
+    assert keeper.tick(50_000, replace(world.snapshot, armed=is_armed, utc_us=told_us)) is taken
+    assert (keeper.state.floor > units_from_utc(CLOCK_US)) is taken
 
 
 def test_an_old_key_hands_over_to_a_new_one_and_is_then_worth_nothing(tmp_path: Path) -> None:
