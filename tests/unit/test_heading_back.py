@@ -10,7 +10,7 @@ from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.language.units import wrap_pi
 from sitl.sensors import SimulatedSensors
 from tests.unit.test_course_stands_in import carried, then
-from tools.benches.cells.sensor_rig import Motion, SensorRig, circle, straight
+from tools.benches.cells.sensor_rig import Motion, Pose, SensorRig, circle, straight
 
 BACK = "Heading is back"
 
@@ -164,3 +164,76 @@ def test_the_first_heading_of_all_is_believed() -> None:
     made.run(0.3)
     assert made.state.heading_valid
     assert off_deg(made) < 4.0
+
+
+def spin(r_radps: float, until_s: float = 1e6, other_radps: float = 0.0) -> Motion:
+    """On the spot; from a time on with another turn rate."""
+
+    def pose(t_s: float) -> Pose:
+        psi_rad = wrap_pi(r_radps * min(t_s, until_s) + other_radps * max(t_s - until_s, 0.0))
+        return Pose(0.0, 0.0, psi_rad, 0.0, 0.0, r_radps if t_s < until_s else other_radps)
+
+    return pose
+
+
+@pytest.mark.parametrize(
+    ("silent_s", "r_radps", "has_rate"), [(3.0, 1.0, False), (10.0, 1.0, False), (20.0, 1.4, True)]
+)
+def test_in_a_spin_one_that_comes_back_right_is_believed_at_once(
+    silent_s: float, r_radps: float, has_rate: bool
+) -> None:
+    """Light hulls turn 60 degrees a second: she may have pointed anywhere, and for 10 s her compass was not believed."""
+    made = was_silent(spin(r_radps), silent_s, 0.0, has_rate=has_rate)
+    made.run(0.3)
+    assert made.state.heading_valid
+    assert doubts(made) == []
+
+
+def test_a_turn_to_the_other_side_meanwhile_is_no_jump() -> None:
+    """Helm to and fro: she was expected to have gone on to the first side."""
+    made = was_silent(spin(0.6, 20.0, -0.6), 2.0, 0.0, has_rate=False)
+    made.run(0.3)
+    assert made.state.heading_valid
+    assert doubts(made) == []
+
+
+def test_a_turn_that_thrusters_were_asked_for_meanwhile_is_expected() -> None:
+    made = SensorRig(spin(0.0, 20.0, 1.0))
+    made.suite.faults.rate_silent = True
+    made.run(20.0)
+    made.suite.faults.heading_silent = True
+    made.run(3.0, lambda here: here.estimator.note_turn(here.now_us, 0.05, 1.0))
+    made.suite.faults.heading_silent = False
+    made.texts.clear()
+    made.run(0.3)
+    assert made.state.heading_valid
+    assert doubts(made) == []
+
+
+def test_after_quick_turns_one_that_her_way_contradicts_is_not_believed() -> None:
+    """She may have turned anywhere, but by now thrust takes her straight ahead."""
+    made = was_silent(then(spin(1.0), 20.5, straight(1.5, 0.4)), 10.0, 180.0, has_rate=False)
+    assert worst_deg(made, 60.0) < 15.0
+    assert said(made, BACK)
+
+
+@pytest.mark.parametrize("has_rate", [True, False])
+@pytest.mark.parametrize("psi_rad", [-1.0, 3.0])
+def test_a_current_that_sets_in_meanwhile_makes_no_compass_wrong(psi_rad: float, has_rate: bool) -> None:
+    """Where she lies it passed for her course, and that for what her compass should say."""
+    set_in = then(straight(0.0, psi_rad), 21.0, carried(0.0, psi_rad))
+    made = was_silent(set_in, 10.0, 0.0, has_rate=has_rate)
+    made.run(0.3)
+    assert not made.state.heading_from_course
+    assert off_deg(made) < 4.0
+    made.run(30.0)
+    assert doubts(made) == []
+
+
+def test_what_thrust_made_before_a_silence_tells_nothing_of_the_heading_after_it() -> None:
+    """A current that set in meanwhile was taken for what her thrust had made of it, off the heading."""
+    set_in = then(straight(0.0, math.pi), 22.0, carried(1.0, math.pi, 1.5))
+    made = was_silent(set_in, 10.0, 0.0)
+    made.run(30.0)
+    assert made.state.heading_valid
+    assert doubts(made) == []

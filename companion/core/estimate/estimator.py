@@ -35,7 +35,7 @@ from .sounders import Sounders
 from .sources import Choice, degrees_a_second
 from .tilt import Tilt
 from .told import FixText
-from .water import MadeWay, WaterMeans
+from .water import MadeWay, OwnWay, WaterMeans
 
 __all__ = ["Estimator", "EstimatorConfig"]
 
@@ -47,8 +47,6 @@ _SHOWN_US = 2_500_000
 _SAME_UNIT_US = 1_000_000
 """A turn rate that has stood for as long as the heading comes from the same unit, and is as wrong: they come by turns."""
 _COURSE_SIGMA_RAD = math.radians(5.0)
-_ASTERN_MPS = 0.3
-"""Modelled way astern from which on the course is that of the stern: less is a hull that has just been stopped."""
 _AT_THE_POINT = HullGeometry()
 _Pair = tuple[float, float]
 
@@ -60,7 +58,9 @@ class Estimator:
         """``geometry``: where the antennas are; by default at the vessel's reference point."""
         self._geometry = geometry
         self._texts: list[tuple[Severity, str]] = []
-        self._heading = HeadingTrack(config, self._texts)
+        self._water = WaterMeans()
+        self._own = OwnWay(self._water)
+        self._heading = HeadingTrack(config, self._texts, self._own)
         self._heading.model_variation = self._model_variation
         self._position = PositionTrack(config, self._texts)
         self._receivers = FixChoice(
@@ -71,7 +71,6 @@ class Estimator:
         self._rates = Choice("Turn rate", self._texts, least_s=1.0, most_s=3.0, figure=degrees_a_second)
         self._tilt = Tilt(self._texts)
         self._sounders = Sounders(self._texts, geometry)
-        self._water = WaterMeans()
         self._variation = FixVariation()
         self.latest_fix: GpsFix | None = None
         self._antenna_told: tuple[_Pair, _Pair] | None = None
@@ -82,8 +81,6 @@ class Estimator:
         """Since when the turn rate has been the very same."""
         self._fix_text = FixText(self._texts)
         self._utc_offset_us: int | None = None
-        self._through_mps: tuple[float, float] | None = None
-        """Surge and sway through the water, modelled."""
         self._way = MadeWay()
         self._last_us: int | None = None
         self._motion: Motion | None = None
@@ -94,7 +91,7 @@ class Estimator:
         self.config = config
         self._heading.configure(config)
         self._position.configure(config)
-        self._course_mps = config.course_speed_mps
+        self._course_mps = self._own.least_mps = config.course_speed_mps
         self._tilt.configure(config)
         self._drift_tau_s = config.drift_tau_s
         self._aligns = config.align_clock
@@ -180,7 +177,7 @@ class Estimator:
 
     def note_water_speed(self, u_mps: float | None, v_mps: float = 0.0) -> None:
         """Tell the modelled surge and sway through the water, m/s; None holds the drift as it is."""
-        self._through_mps = None if u_mps is None else (u_mps, v_mps)
+        self._own.modelled_mps = None if u_mps is None else (u_mps, v_mps)
 
     def note_turn(self, now_us: int, dt_s: float, r_radps: float) -> None:
         """Tell the turn rate that thrusters and rudders were asked for, whatever a compass says of it."""
@@ -229,6 +226,9 @@ class Estimator:
         if not heading_valid and not from_course:
             psi_rad = None
         dt_s, self._last_us = 0.0 if self._last_us is None else (now_us - self._last_us) * 1e-6, now_us
+        self._own.step(dt_s, None if motion is None else motion[2:])
+        if not heading_valid:
+            self._water.lose_heading()
         if vn is not None and ve is not None and psi_rad is not None:
             sine, cosine = math.sin(psi_rad), math.cos(psi_rad)
             u_mps, v_mps = vn * cosine + ve * sine, ve * cosine - vn * sine
@@ -286,7 +286,7 @@ class Estimator:
         if fix.utc_us is not None:
             self._utc_offset_us = fix.utc_us - t_us
         attitude = self._attitude_at(t_us)
-        water_mps = self._through_mps[0] if self._through_mps else None
+        water_mps = self._own.modelled_mps[0] if self._own.modelled_mps else None
         moving = self._way.is_made(fix, attitude.psi_rad, water_mps=water_mps, drift_mps=self._water.known_mps)
         self._compasses.watch.note_fix(fix, self._water.known_mps, self._course_mps)
         antenna = self._geometry.antenna_of(link)
@@ -333,7 +333,7 @@ class Estimator:
             return
         sigma = max(_COURSE_SIGMA_RAD, self.config.velocity_sigma_mps / made_mps)
         late_s = 0.0 if is_measured else -(north * ahead_m[0] + east * ahead_m[1]) / (made_mps * made_mps)
-        if track.update_course(t_us, wrap_pi(math.atan2(east, north) + self._stern_rad), sigma, late_s):
+        if track.update_course(t_us, wrap_pi(math.atan2(east, north) + self._own.stern_rad), sigma, late_s):
             self._position.forget_heading()
 
     def _course_stands_in(self, now_us: int) -> bool:
@@ -361,22 +361,13 @@ class Estimator:
     def _update_attitude(self, angles: EulerAngles, link: int) -> bool:
         leads = self._tilt.update(angles, link)
         if angles.psi_rad is not None or angles.psi_magnetic_rad is not None:
-            leads |= self._compasses.update(angles, link, self._goes_against)
+            leads |= self._compasses.update(angles, link, self._own.goes_against)
         if leads:
             self._attitude = angles
         return leads
 
     def _model_variation(self) -> float | None:
         return self._variation.of(self.latest_fix) if self.config.world_magnetic_model else None
-
-    def _goes_against(self, psi_rad: float) -> bool:
-        motion = self._motion
-        return motion is not None and self._water.goes_against(psi_rad + self._stern_rad, motion[2:], self._course_mps)
-
-    @property
-    def _stern_rad(self) -> float:
-        """How far the bow is from where thrust takes the vessel: half round while she goes astern."""
-        return math.pi if self._through_mps is not None and self._through_mps[0] < -_ASTERN_MPS else 0.0
 
     def _attitude_at(self, t_us: int) -> Attitude:
         track = self._heading
@@ -390,7 +381,7 @@ class Estimator:
         return self._attitude_at(t_us) if self._heading.valid(t_us) else Attitude()
 
     def _step_water(self, dt_s: float, ground: _Pair, *, bow: _Pair, r_radps: float) -> None:
-        water, position, through = self._water, self._position, self._through_mps
+        water, position, through = self._water, self._position, self._own.modelled_mps
         if through is None:
             return
         off_rad = water.step(dt_s, self._drift_tau_s, ground_mps=ground, bow=bow, through_mps=through, r_radps=r_radps)

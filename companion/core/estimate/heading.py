@@ -10,8 +10,9 @@ from mavlink_bridge.language.messages import AngularVelocity, EulerAngles, Sever
 from mavlink_bridge.language.units import clamp, wrap_pi
 
 from .config import EstimatorConfig
-from .filter import PairCovariance
+from .filter import PairCovariance, Unseen
 from .told import ComesAndGoes
+from .water import OwnWay
 
 _PREDICT_MAX_S: Final = 1.0
 """A turn rate says nothing of the heading after longer."""
@@ -33,12 +34,8 @@ _SLOW_DPS: Final = 20.0
 """and by so much for each second more that a slow compass takes by itself: a boat that holds a course turns no faster for long."""
 _RATE_NEWS_US: Final = 1_200_000
 """A turn rate of its own sensor is news of the heading for so long: one that is heard each second."""
-_RATE_OFF_DPS: Final = 1.0
-"""A turn rate sensor that carried the heading through a silence may be off by so much: those that are sold are off by half of it."""
-_UNSEEN_DPS: Final = 10.0
-"""Without one a vessel may have turned so fast unseen: a light hull that wind or its own way turns."""
-_COURSE_OFF_DEG: Final = 15.0
-"""A course that stood in through a silence is so much more off than a compass: slip, leeway, a current that is not known well."""
+_VAGUE_RAD: Final = math.radians(75.0)
+"""A heading that comes back is expected no better than this after some silences: then the course is asked as well."""
 _UNOPPOSED_US: Final = 60_000_000
 """A heading that the course has contradicted is accepted without a course only after so long: at rest nothing can contradict it,
 and a sound compass must not be locked out for ever."""
@@ -48,7 +45,7 @@ _TRIED_AGAIN: Final = "Heading is tried again after 10 s of straight way by hand
 class HeadingTrack:
     """True heading and turn rate at any moment shortly after the last measurement."""
 
-    def __init__(self, config: EstimatorConfig, texts: list[tuple[Severity, str]]) -> None:
+    def __init__(self, config: EstimatorConfig, texts: list[tuple[Severity, str]], way: OwnWay) -> None:
         self.configure(config)
         self.psi_rad = 0.0
         self.r_radps = 0.0
@@ -61,7 +58,7 @@ class HeadingTrack:
         self.course_us: int | None = None
         """Time of the last course that stood in; None while the compass is believed."""
         self._lead_s = 0.0
-        self._texts = texts
+        self._texts, self._way = texts, way
         self._cov = PairCovariance(0.0, 0.0, 0.0)
         self._received_us = 0
         self._interval_s = 0.1
@@ -74,8 +71,7 @@ class HeadingTrack:
         self._refused_rad = 0.0
         self._contradicted = False
         """Whether the course has contradicted the headings that are refused."""
-        self._unsure_deg = 0.0
-        """How far off the expected heading may be by the silences since the last one that was believed."""
+        self._unseen = Unseen()
         self._lost_said = False
         self._jump = ComesAndGoes()
 
@@ -177,7 +173,8 @@ class HeadingTrack:
         self._correct(innovation, self._cov.measure_value(self._variance))
         self.accepted_us = t_us
         self.course_us = None
-        self._unsure_deg = 0.0
+        self._unseen.believed()
+        self._unseen.see(t_us, self.r_radps)
 
     @property
     def refusing(self) -> bool:
@@ -225,13 +222,21 @@ class HeadingTrack:
         """Take a turn rate."""
         if self.t_us is None:
             return
+        since_s, most = (rate.t_us - self._rate_us) * 1e-6, self._rate_max_radps
         self._rate_us = rate.t_us
+        self._unseen.see(rate.t_us, rate.r_radps)
+        if abs(rate.r_radps) > most:
+            self._unseen.clip((abs(rate.r_radps) - most) * clamp(since_s, 0.0, _PREDICT_MAX_S))
         self._advance(rate.t_us)
         self._correct(rate.r_radps - self.r_radps, self._cov.measure_rate(self._rate_variance))
 
     def lean_on(self, t_us: int, r_radps: float) -> None:
         """Take the turn rate that was asked for, while neither compass nor sensor tells one: the course alone comes late to steer by."""
-        if self.t_us is None or self.course_us is None or self.has_rate(t_us):
+        if self.t_us is None or self.has_rate(t_us):
+            return
+        if t_us - self._received_us > self._timeout_us:
+            self._unseen.see(t_us, r_radps)
+        if self.course_us is None:
             return
         self._leant_us = t_us
         self._advance(t_us)
@@ -247,6 +252,7 @@ class HeadingTrack:
         self._lead_s = clamp(lead_s + late_s, 0.0, lead_s)
         is_first = self.course_us is None or t_us - self.course_us > _COURSE_AGE_MAX_US
         before_us, self.course_us = self.t_us, t_us
+        self._unseen.strays = not self._way.is_hers()
         if before_us is None:
             self._start(t_us, course_rad)
             self.accepted_us, self.course_us = None, t_us
@@ -276,7 +282,8 @@ class HeadingTrack:
         self.psi_rad, self.r_radps, self.t_us = psi_rad, 0.0, t_us
         self.accepted_us = self._received_us = t_us
         self.course_us = self._refused_since_us = None
-        self._contradicted, self._unsure_deg = False, 0.0
+        self._contradicted = False
+        self._unseen.believed()
 
     def _advance(self, t_us: int) -> None:
         assert self.t_us is not None
@@ -295,31 +302,38 @@ class HeadingTrack:
         since_s = since_us * 1e-6
         is_back = since_us > self._timeout_us and since_s > self._patience_s()
         if is_back:
-            self._unsure_deg = self._turned_unseen_deg(t_us, since_s)
+            self._end_silence(t_us, since_s)
         quickly_s = min(since_s, _STEP_RATE_MAX_S)
         slowly_s = max(0.0, min(since_s, self._interval_s) - _STEP_RATE_MAX_S)
-        turned_deg = self._rate_max_dps * quickly_s + _SLOW_DPS * slowly_s + self._unsure_deg
+        turned_deg = self._rate_max_dps * quickly_s + _SLOW_DPS * slowly_s + self._unseen.off_deg
         gate = math.radians(self._jump_deg + turned_deg)
-        if abs(innovation) > gate:
+        excused = self._stands_in(t_us) and not self._contradicted and not self._way.denies(psi_rad)
+        is_far = abs(innovation) > gate and not excused
+        if is_far or (gate > _VAGUE_RAD and self._is_elsewhere(psi_rad, goes_against)):
             self._refuse(t_us, psi_rad, innovation, gate, goes_against, is_back=is_back)
             return False
-        starts_anew = is_back or self._unsure_deg > 0.0
+        starts_anew = is_back or self._unseen.off_deg > 0.0
         if self._refused_since_us is not None:
             self._end_refusal("heading is plausible again" if self._jump.ends() else "")
         if starts_anew:
             self._start(t_us, psi_rad)
         return not starts_anew
 
+    def _is_elsewhere(self, psi_rad: float, goes_against: Callable[[float], bool]) -> bool:
+        """Whether a heading that nothing else tells of is not where thrust takes the vessel."""
+        way = self._way
+        return goes_against(psi_rad) and way.is_hers() and way.is_steady() and way.denies(psi_rad)
+
     def _stands_in(self, t_us: int) -> bool:
         """Whether a course stands in for the compass."""
         return self.course_us is not None and t_us - self.course_us <= _COURSE_AGE_MAX_US
 
-    def _turned_unseen_deg(self, t_us: int, silent_s: float) -> float:
-        """How far the vessel may have turned from what is expected, with the silence that ends now: a course knows of each turn."""
+    def _end_silence(self, t_us: int, silent_s: float) -> None:
+        """Widen the window by how far the vessel may have turned from what is expected: a course knows of each turn."""
         if self._stands_in(t_us):
-            return _COURSE_OFF_DEG
-        told = t_us - self._rate_us <= _RATE_NEWS_US
-        return self._unsure_deg + (_RATE_OFF_DPS if told else _UNSEEN_DPS) * silent_s
+            self._unseen.end_course()
+        else:
+            self._unseen.end_silence(silent_s, is_told=t_us - self._rate_us <= _RATE_NEWS_US)
 
     def _refuse(
         self,

@@ -143,7 +143,7 @@ class Vehicle:
         parts, state = self.parts, self.controls.state
         estimator, u_mps = parts.estimator, parts.controller.water_speed_mps()
         estimator.note_water_speed(u_mps, sway_through_water_mps(parts.controller))
-        measured_radps = None if estimator.turns_unseen else state.r_radps or 0.0
+        measured_radps = None if estimator.turns_unseen or state.psi_rad is None else state.r_radps or 0.0
         through_mps = (state.u_mps or 0.0) if u_mps is None else u_mps
         estimator.note_turn(now_us, dt_s, parts.turned.step(dt_s, before.output, through_mps, measured_radps))
 
