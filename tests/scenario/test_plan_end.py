@@ -8,7 +8,7 @@ import pytest
 
 from mavlink_bridge.language.requests import Arm, PlanItem, PlanKind, StartPlan
 
-from .conftest import JUMP, WAYPOINT, Voyage
+from .conftest import CHANGE_SPEED, JUMP, WAYPOINT, Voyage
 
 LAST_M = (40.0, 20.0)
 
@@ -71,6 +71,24 @@ def test_a_plan_that_jumps_back_to_where_the_boat_is_keeps_her_there(voyage, eas
         farthest_m = max(farthest_m, math.dist((trip.truth.north_m, trip.truth.east_m), HERE_M))
     assert farthest_m < 2.0
     assert trip.texts[began:] == []
+
+
+def test_a_closed_patrol_is_sailed_through_its_first_point(voyage):
+    """She braked to 0.46 m/s there in each lap: its last point is its first one, and the jump led back to where she was."""
+    trip = voyage("depth.enabled=false")
+    first = (20.0, 0.0)
+    points = [item(WAYPOINT, at=trip.at(*at)) for at in (first, (60.0, 0.0), (60.0, 30.0), (20.0, 30.0), first)]
+    speed = item(CHANGE_SPEED, 1.0, 1.5, -1.0)
+    assert trip.upload(PlanKind.MISSION, [speed, *points, item(JUMP, 1.0, -1.0)]).reason == ""
+    assert [trip.ask(body).reason for body in (Arm(arm=True), StartPlan(0))] == ["", ""]
+    trip.run(30.0)
+    least_mps, laps = 9.0, 0
+    while trip.now_s < 300.0:
+        trip.step()
+        least_mps = min(least_mps, math.hypot(trip.truth.vn_mps, trip.truth.ve_mps))
+        laps += trip.snapshot.progress.reached.count(1)
+    assert laps >= 2
+    assert least_mps > 0.8
 
 
 def test_a_way_home_in_a_loop_ends_at_home(voyage):

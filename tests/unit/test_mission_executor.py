@@ -166,6 +166,42 @@ def test_a_jump_back_to_the_same_place_stays_there_and_goes_round_once_a_second(
     assert list(made.drain_texts()) == []
 
 
+@pytest.mark.parametrize(
+    "stays",
+    [
+        (Loiter(1, LAT + 50 * METRE, LON, figure=Hover(), duration_s=0.0), Jump(2, 0, -1)),
+        (Loiter(1, LAT + 50 * METRE, LON, figure=Hover(), duration_s=0.0), Jump(2, 1, -1)),
+        (Loiter(1, LAT + 50 * METRE, LON, figure=Circle(radius_m=20.0), turns=0.0), Jump(2, 1, -1)),
+        (Delay(1, 0.0), Jump(2, 0, -1)),
+        (Delay(1, 0.0), ChangeSpeed(2, 1.0), Jump(3, 1, -1)),
+        (Delay(1, 0.0, until_utc_s_of_day=100.0), Jump(2, 1, -1)),
+        (Jump(1, 2, -1), Delay(2, 0.0), Jump(3, 0, -1)),
+    ],
+)
+def test_a_loop_that_sails_nowhere_takes_a_second_whatever_its_items_are(stays: tuple[Maneuver, ...]) -> None:
+    """A loiter of no time and a jump back were items reached at each tick."""
+    made = mission(point(0), *stays)
+    made.utc_s_of_day = 120.0
+    for tick in range(100 * 20):
+        assert leg_of(made, tick / 20) is not None
+        finish(made, tick / 20, Report(arrived=True, on_path=True))
+    assert 45 < len(made.drain()[0]) < 101 * len(stays) + 5
+
+
+def test_a_patrol_that_ends_where_it_begins_goes_on_without_a_stay() -> None:
+    """She stopped at the first point for a second in each lap."""
+    made = mission(point(0), point(1, 90), point(2, 50), Jump(3, 0, -1))
+    sailed_s = {0: 0.0, 1: 30.0, 2: 30.0}
+    now_s, held = 0.0, []
+    for _ in range(30):
+        leg = leg_of(made, now_s)
+        assert isinstance(leg.maneuver, Goto)
+        held.append(leg.maneuver.hold_s)
+        now_s += sailed_s[leg.maneuver.seq] + 0.05
+        finish(made, now_s)
+    assert held == [0.0] * 30
+
+
 @given(st.lists(st.tuples(st.integers(0, 5), st.integers(-1, 3)), min_size=1, max_size=6))
 @settings(max_examples=60, deadline=None)
 def test_a_plan_of_jumps_alone_ends(jumps: list[tuple[int, int]]) -> None:

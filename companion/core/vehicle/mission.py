@@ -48,10 +48,8 @@ _MISSED_S: Final = 3_600.0
 """A time of day that is past by less was meant for today; by more, for tomorrow."""
 _EXIT_RAD: Final = 0.15
 """A circle is left where it points to the next item within 9 degrees: the corner that is left over is sailed in a moment."""
-_SAME_PLACE_M: Final = 1.5
-"""Two points nearer together than this are one place: less than a vessel comes near to either by default."""
-_STAY_S: Final = 1.0
-"""Each time that a jump leads back to where the vessel is: a loop without way is station keeping, and fills no link with its items."""
+_STAY_US: Final = 1_000_000
+"""A loop that takes less has no way: it is station keeping, stays so long each time round, and fills no link with its items."""
 
 
 BEGINS_ANEW: Final = "the new plan begins at its first item: what comes before the current one is another"
@@ -80,8 +78,11 @@ class Mission:
         self._leg: Leg | None = None
         self._generation = 0
         self._jumps: dict[int, int] = {}
-        self._has_jumped = False
-        """A jump led to the item that comes next."""
+        self._lap_us: dict[int, int] = {}
+        """When each jump was last taken, less the stays until then: what its loop takes of its own."""
+        self._stayed_us = 0
+        self._stay_us = 0
+        """How long the item that comes next, then the one that is sailed, stays at least."""
         self._speed_mps: float | None = None
         self._begun_us: int | None = None
         self._until_us: int | None = None
@@ -191,8 +192,8 @@ class Mission:
         if self._last is not None and seq > self._last:
             self._last = None
         self.seq, self.is_changed = seq, False
-        self._leg = None
-        self._sailed_to = None
+        self._leg = self._sailed_to = None
+        self._stay_us = 0
         return ""
 
     @property
@@ -250,6 +251,8 @@ class Mission:
         self.seq, self.is_changed = 0, False
         self._leg = None
         self._jumps.clear()
+        self._lap_us.clear()
+        self._stay_us = 0
         self._speed_mps = None
         self._sailed_to = None
 
@@ -264,15 +267,16 @@ class Mission:
             if sailed is not None:
                 self._begin(now_us, state, sailed)
                 return
-            self._apply(item)
+            self._apply(now_us, item)
         self._complete()
 
-    def _apply(self, item: Maneuver) -> None:
+    def _apply(self, now_us: int, item: Maneuver) -> None:
         if isinstance(item, Jump):
             done = self._jumps.get(item.seq, 0)
             if item.repeats < 0 or done < item.repeats:
                 self._jumps[item.seq] = done + 1
-                self.seq, self._has_jumped = item.target_seq, True
+                self.seq = item.target_seq
+                self._look_for_way(now_us, item.seq)
                 return
             self._jumps[item.seq] = 0
         elif isinstance(item, ChangeSpeed):
@@ -298,11 +302,17 @@ class Mission:
                 return Goto(item.seq, *haven.point)
         return None
 
+    def _look_for_way(self, now_us: int, jump: int) -> None:
+        """A jump is taken: where its loop had no way since the last time, the vessel stays at the next item."""
+        lap_us, before_us = now_us - self._stayed_us, self._lap_us.get(jump)
+        self._lap_us[jump] = lap_us
+        if before_us is not None and lap_us - before_us < _STAY_US:
+            self._stay_us = _STAY_US
+
     def _begin(self, now_us: int, state: EstimatedState, maneuver: Goto | Loiter) -> None:
         self._generation += 1
-        if isinstance(maneuver, Goto) and self._comes_back_to(maneuver):
-            maneuver = replace(maneuver, hold_s=max(maneuver.hold_s, _STAY_S))
-        self._has_jumped = False
+        if isinstance(maneuver, Goto) and self._stay_us:
+            maneuver = replace(maneuver, hold_s=max(maneuver.hold_s, self._stay_us * 1e-6))
         speed = maneuver.speed_mps or self.speed_mps
         self._leg = Leg(self._generation, maneuver, self._sailed_to, self._following(), speed)
         self._begun_us, self._on_path_us, self._arrived_us = now_us, None, None
@@ -311,11 +321,6 @@ class Mission:
         assert state.lon_rad is not None
         distance_m, _ = inverse(state.lat_rad, state.lon_rad, maneuver.lat_rad, maneuver.lon_rad)
         self._limit_s = self.config.approach_factor * distance_m / speed + self.config.approach_extra_s
-
-    def _comes_back_to(self, point: Goto) -> bool:
-        """Whether a jump has led to where the vessel has just been."""
-        there = self._sailed_to if self._has_jumped else None
-        return there is not None and inverse(*there, point.lat_rad, point.lon_rad)[0] < _SAME_PLACE_M
 
     def _following(self) -> Goto | Loiter | None:
         if self._last is not None and self.seq >= self._last:
@@ -335,6 +340,8 @@ class Mission:
             return self._overdue(now_us, item.seq, "waypoint")
         if self._on_path_us is None:
             return self._overdue(now_us, item.seq, "loiter")
+        if now_us - self._on_path_us < self._stay_us:
+            return False
         delay = self.plan.maneuvers[item.seq] if item.seq < self.total else None
         if isinstance(delay, Delay) and delay.until_utc_s_of_day is not None:
             return self._waited(now_us, delay.until_utc_s_of_day)
@@ -378,6 +385,7 @@ class Mission:
         goes_round = isinstance(item, Loiter) and not isinstance(item.figure, Hover)
         self._ended_at = point if is_there and not goes_round else None
         self._leg, self.is_changed = None, False
+        self._stayed_us, self._stay_us = self._stayed_us + self._stay_us, 0
         self.seq += 1
 
     def _complete(self) -> None:
