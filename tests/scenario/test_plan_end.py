@@ -100,3 +100,24 @@ def test_a_way_home_in_a_loop_ends_at_home(voyage):
     for _ in range(40):
         trip.run(1.0)
         assert trip.distance_m < 1.5
+
+
+@pytest.mark.parametrize("leads_off", [False, True], ids=["from home", "after a point"])
+def test_a_loop_at_home_tells_the_way_home_while_there_is_one(voyage, leads_off):
+    """It said "return to home, 0 m" each second for ever: on a slow link there was room for nothing else."""
+    trip = voyage("depth.enabled=false", "world.water.current_mps=0.3", "world.water.current_to_deg=90")
+    off = [item(WAYPOINT, at=trip.at(*HERE_M))] if leads_off else []
+    assert trip.upload(PlanKind.MISSION, [*off, item(RETURN), item(JUMP, float(len(off)), -1.0)]).reason == ""
+    assert [trip.ask(body).reason for body in (Arm(arm=True), StartPlan(0))] == ["", ""]
+    trip.run(90.0)
+    told = [text for text in trip.texts if "return to home" in text]
+    assert 1 <= len(told) <= 2, told
+
+
+def test_a_loop_with_a_way_home_tells_it_each_time(voyage):
+    trip = voyage("depth.enabled=false")
+    items = [item(WAYPOINT, at=trip.at(*HERE_M)), item(RETURN), item(JUMP, 0.0, -1.0)]
+    assert trip.upload(PlanKind.MISSION, items).reason == ""
+    assert [trip.ask(body).reason for body in (Arm(arm=True), StartPlan(0))] == ["", ""]
+    trip.run(120.0)
+    assert sum("return to home" in text for text in trip.texts) >= 3

@@ -50,8 +50,8 @@ _EXIT_RAD: Final = 0.15
 """A circle is left where it points to the next item within 9 degrees: the corner that is left over is sailed in a moment."""
 _STAY_US: Final = 1_000_000
 """A loop that takes less has no way: it is station keeping, stays so long each time round, and fills no link with its items."""
-
-
+_THERE_M: Final = 1.5
+"""No way home that is worth a text: less than a vessel comes near to a point by default."""
 BEGINS_ANEW: Final = "the new plan begins at its first item: what comes before the current one is another"
 GOES_ON: Final = "the new plan goes on at its current item, which is another: its leg begins here"
 ANOTHER: Final = "the new plan begins at its first item: the place in the old one was left"
@@ -93,6 +93,8 @@ class Mission:
         self._on_path_us: int | None = None
         self._arrived_us: int | None = None
         self._sailed_to: LatLon | None = None
+        self._returned_to: LatLon | None = None
+        """Place that was told last."""
         self._ended_at: LatLon | None = None
         """Point of the last item, when it was one to stay at and was reached."""
         self._reached: list[int] = []
@@ -253,8 +255,7 @@ class Mission:
         self._jumps.clear()
         self._lap_us.clear()
         self._stay_us = 0
-        self._speed_mps = None
-        self._sailed_to = None
+        self._speed_mps = self._sailed_to = self._returned_to = None
 
     def _next_leg(self, now_us: int, state: EstimatedState) -> None:
         """Work off items that are not sailed until one is; a plan of jumps alone ends."""
@@ -298,7 +299,9 @@ class Mission:
         if isinstance(item, ReturnHome):
             haven = self.havens.nearest(state)
             if haven is not None:
-                self._texts.append((Severity.NOTICE, f"item {item.seq}: return to {haven.words}"))
+                if haven.point != self._returned_to or not (self._stay_us or haven.away_m < _THERE_M):
+                    self._texts.append((Severity.NOTICE, f"item {item.seq}: return to {haven.words}"))
+                self._returned_to = haven.point
                 return Goto(item.seq, *haven.point)
         return None
 
