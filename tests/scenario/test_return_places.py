@@ -101,6 +101,39 @@ def test_a_rally_point_that_the_fence_shuts_off_is_passed_over(voyage, inclusion
     assert trip.distance_m < 5.0
 
 
+@pytest.mark.parametrize(("north_m", "short_m"), [(87.5, 1), (89.5, 3)])
+def test_a_rally_point_just_inside_the_fence_is_passed_over(voyage, north_m, short_m):
+    """The fence stopped the boat before it, and she lay in Hold there with home free."""
+    trip = voyage(NO_DEPTH)
+    trip.sail(2.0, (60.0, 0.0), after_s=30.0)
+    assert trip.circle_fence(90.0).reason == ""
+    rally(trip, (north_m, 0.0))
+    assert told(trip, f"Rally point 1 is not returned to: {short_m} m too near the fence to stop there")
+    assert trip.mode(Mode.RTL).reason == ""
+    trip.run(70.0)
+    assert told(trip, "Return to home, ")
+    assert trip.snapshot.mode is Mode.RTL
+    assert trip.distance_m < 5.0
+
+
+@pytest.mark.parametrize(
+    ("at", "fence"),
+    [((85.5, 0.0), (90.0,)), ((40.0, 0.0), (20.0, 40.0, 22.2, False))],
+    ids=["edge ahead", "edge beside"],
+)
+def test_a_rally_point_that_the_fence_lets_the_boat_reach_is_taken(voyage, at, fence):
+    trip = voyage(NO_DEPTH)
+    trip.sail(2.0, (60.0, 0.0), after_s=30.0)
+    assert trip.circle_fence(*fence).reason == ""
+    rally(trip, at)
+    assert not told(trip, "not returned to")
+    assert trip.mode(Mode.RTL).reason == ""
+    trip.run(70.0)
+    assert told(trip, "Return to rally point 1, ")
+    assert trip.snapshot.mode is Mode.RTL
+    assert math.dist((trip.truth.north_m, trip.truth.east_m), at) < 3.0
+
+
 def test_rally_points_behind_the_fence_are_told_when_they_are_loaded(voyage):
     trip = voyage(NO_DEPTH)
     assert trip.circle_fence(60.0).reason == ""

@@ -20,6 +20,7 @@ _CARRIED_MAX_S: Final = 1.0
 _LIVELY_S: Final = 20.0
 """How fast she turned counts for so long: helm to one side, then to the other, and a corner of a plan."""
 _ANYWHERE_DEG: Final = 180.0
+"""A heading may point anywhere."""
 
 
 class PairCovariance:

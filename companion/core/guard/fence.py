@@ -222,6 +222,22 @@ class Fence:
             return None
         return self.distance_m(state, LocalFrame(state.origin_lat_rad, state.origin_lon_rad).to_local(*place))
 
+    def short_m(
+        self, state: EstimatedState, place: LatLon, speed_mps: float, stopping_distance_m: float
+    ) -> float | None:
+        """How much too near to the edge a place lies to be come to straight from here; None = not at all, or no fence that acts.
+
+        ``stopping_distance_m``: from ``speed_mps``, beyond the place. The fence would ask for a stop before the vessel is there.
+        """
+        region = self._laid_out(state) if self.enabled else None
+        if region is None or self._origin is None or state.x_m is None or state.y_m is None:
+            return None
+        there = LocalFrame(*self._origin).to_local(*place)
+        course_rad = math.atan2(there[1] - state.y_m, there[0] - state.x_m)
+        _, *ends = self._way(state, course_rad, max(0.0, stopping_distance_m + speed_mps * self._reaction_s))
+        short_m = self._margin_m - min(map(region.inside_m, _along(there, ends[0]) + _along(there, ends[1])))
+        return short_m if short_m > 0.0 else None
+
     def check(
         self,
         state: EstimatedState,

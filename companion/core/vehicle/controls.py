@@ -65,6 +65,7 @@ class Controls:
     def __init__(self, config: VehicleConfig, parts: Parts) -> None:
         self.config, self.parts, self.voice = config, parts, Voice()
         parts.navigator.stopping_m = self.stopping_distance_m
+        parts.mission.havens.coming_in = self._coming_in
         handling = Handling(parts.vessel)
         parts.navigator.turns_at_rest = handling.model.turns_at_rest
         parts.navigator.turns_away = handling.turns_away
@@ -377,6 +378,11 @@ class Controls:
     def stopping_distance_m(self, speed_mps: float) -> float:
         """The way that stopping takes from this speed, by coasting: the depth guard alone brakes."""
         return self.parts.statics.stopping_distance_m(speed_mps)
+
+    def _coming_in(self, speed_mps: float | None) -> tuple[float, float]:
+        """Speed of a return, and the way to rest beyond its place: she is there, and slows down, within the acceptance radius."""
+        speed_mps = speed_mps or self.parts.navigator.return_speed_mps
+        return speed_mps, self.stopping_distance_m(speed_mps) - self.config.guidance.acceptance_m
 
     @property
     def braking(self) -> Braking:

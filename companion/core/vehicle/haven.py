@@ -1,14 +1,15 @@
 """Where Return leads: to the nearest of home and the rally points that may be used.
 
-Rally points lie in the store and outlive the voyage. One of another water is not sailed to by mistake, and one at which the fence would
-stop the vessel is no place to come back to: both are passed over, and told when rally points or a fence are loaded and when the vessel is
-armed. Home is the last resort, however it lies. Distances are from where the vessel is.
+Rally points lie in the store and outlive the voyage. One of another water is not sailed to by mistake, and one before which the fence
+would stop the vessel is no place to come back to: outside it, or so near its edge that she cannot stop before it. They are passed over,
+and told when rally points or a fence are loaded and when the vessel is armed. Home is the last resort, however it lies. Distances are
+from where the vessel is.
 Source: ArduPilot's AP_Rally (RALLY_LIMIT_KM; home is a choice as in Rover's RALLY_INCL_HOME = 1).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -21,6 +22,8 @@ from .plan_fence import SETTLE_US
 from .plan_reach import MissionConfig, shown
 
 HOME: Final = "home"
+_THERE_M: Final = 2.0
+"""Nearer than this the vessel is there: no way to the place is left on which the fence could stop her."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,18 +50,20 @@ class Havens:
         self.config = config
         self.home: LatLon | None = None
         self.rally: tuple[LatLon, ...] = ()
+        self.coming_in: Callable[[float | None], tuple[float, float]] = lambda speed_mps: (speed_mps or 0.0, 0.0)
+        """Speed of a return (None: the usual one), and the way beyond a place on which the vessel comes to rest; she knows a better one."""
         self._fence = fence
         self._looked_at: tuple[LatLon, ...] = ()
         self._key: object = None
         self._tell_us: int | None = None
         self._told = ""
 
-    def nearest(self, state: EstimatedState) -> Haven | None:
-        """Return where Return leads from here; None without a position, or without a place."""
+    def nearest(self, state: EstimatedState, speed_mps: float | None = None) -> Haven | None:
+        """Return where Return leads from here at a speed (None: the usual one); None without a position, or without a place."""
         here = _here(state)
         if here is None:
             return None
-        places = [place for place in self._rally_points(state, here) if not place.objection]
+        places = [place for place in self._rally_points(state, here, speed_mps) if not place.objection]
         home = self.home
         if home is not None and (not places or self._outside_m(state, home) is None):
             places.append(Haven(HOME, home, inverse(*here, *home)[0]))
@@ -105,18 +110,25 @@ class Havens:
         who = f"{found[0].name} is" if len(found) == 1 else f"{found[0].name} and {len(found) - 1} more are"
         return f"{who[0].upper()}{who[1:]} not returned to: {found[0].objection}"
 
-    def _rally_points(self, state: EstimatedState, here: LatLon) -> list[Haven]:
+    def _rally_points(self, state: EstimatedState, here: LatLon, speed_mps: float | None = None) -> list[Haven]:
         found = []
         for number, point in enumerate(self.rally, 1):
             away_m = inverse(*here, *point)[0]
-            found.append(Haven(f"rally point {number}", point, away_m, self._objection(state, point, away_m)))
+            found.append(
+                Haven(f"rally point {number}", point, away_m, self._objection(state, point, away_m, speed_mps))
+            )
         return found
 
-    def _objection(self, state: EstimatedState, point: LatLon, away_m: float) -> str:
+    def _objection(self, state: EstimatedState, point: LatLon, away_m: float, speed_mps: float | None) -> str:
         if self._limit_m is not None and away_m > self._limit_m:
             return f"{shown(away_m)} away, limit {shown(self._limit_m)} (RALLY_LIMIT_KM)"
         outside_m = self._outside_m(state, point)
-        return "" if outside_m is None else f"{max(outside_m, 1.0):.0f} m outside the fence"
+        if outside_m is not None:
+            return f"{max(outside_m, 1.0):.0f} m outside the fence"
+        if self._fence is None or away_m < _THERE_M:
+            return ""
+        short_m = self._fence.short_m(state, point, *self.coming_in(speed_mps))
+        return "" if short_m is None else f"{max(short_m, 1.0):.0f} m too near the fence to stop there"
 
     def _outside_m(self, state: EstimatedState, point: LatLon) -> float | None:
         """How far outside the fence that acts a place lies; None = inside, or no fence."""

@@ -288,8 +288,12 @@ class Navigator:
         """The speed in force for the active leg."""
         if self.mode is _AUTO:
             return self.mission.speed_mps
-        own_mps = self.config.return_speed_mps if self.mode is _RTL else 0.0
-        return self._speed_mps or own_mps or self.mission.config.cruise_speed_mps
+        return self._speed_mps or (self.return_speed_mps if self.mode is _RTL else self.mission.config.cruise_speed_mps)
+
+    @property
+    def return_speed_mps(self) -> float:
+        """The speed of a return that nobody has changed."""
+        return self.config.return_speed_mps or self.mission.config.cruise_speed_mps
 
     def intent(self, now_us: int, state: EstimatedState) -> Intent:
         """Return what the mode wants done in this tick."""
