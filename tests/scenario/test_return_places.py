@@ -8,7 +8,7 @@ import pytest
 
 from companion.io.keeping.store import MemoryStore
 from mavlink_bridge.language.messages import Mode
-from mavlink_bridge.language.requests import Arm, PlanItem, PlanKind, SetHomePosition, SetParameter
+from mavlink_bridge.language.requests import Arm, PlanItem, PlanKind, SetHomePosition, SetParameter, StartPlan
 from tests.world_station import Helm
 
 NO_DEPTH = "depth.enabled=false"
@@ -132,6 +132,67 @@ def test_a_rally_point_that_the_fence_lets_the_boat_reach_is_taken(voyage, at, f
     assert told(trip, "Return to rally point 1, ")
     assert trip.snapshot.mode is Mode.RTL
     assert math.dist((trip.truth.north_m, trip.truth.east_m), at) < 3.0
+
+
+def clear(trip):
+    assert trip.upload(PlanKind.RALLY, []).reason == ""
+
+
+def fence(trip):
+    assert trip.circle_fence(112.0).reason == ""
+
+
+def limit(trip):
+    assert trip.ask(SetParameter("RALLY_LIMIT_KM", 0.01)).reason == ""
+
+
+@pytest.mark.parametrize("by_plan", [False, True], ids=["ordered", "item of the plan"])
+@pytest.mark.parametrize("change", [clear, fence, limit])
+def test_what_changes_on_the_way_back_leads_elsewhere(voyage, change, by_plan):
+    """She sailed on to the point that was deleted, or to the fence, and lay in Hold there."""
+    trip = voyage(NO_DEPTH)
+    rally(trip, (140.0, 0.0))
+    if by_plan:
+        items = [PlanItem(16, 3, 0.0, 0.0, 0.0, 0.0, *trip.at(85.0, 0.0), 0.0), PlanItem(20, 2, *[0.0] * 4, 0, 0, 0.0)]
+        assert trip.upload(PlanKind.MISSION, items).reason == ""
+        assert [trip.ask(body).reason for body in (Arm(arm=True), StartPlan(0))] == ["", ""]
+        trip.until(lambda: bool(told(trip, "return to rally point 1, ")), 100.0)
+    else:
+        trip.sail(2.0, (100.0, 0.0), after_s=45.0)
+        assert trip.mode(Mode.RTL).reason == ""
+    trip.run(1.0)
+    assert told(trip, "eturn to rally point 1, ")
+    trip.texts.clear()
+    change(trip)
+    trip.run(110.0)
+    assert len(told(trip, "eturn to home, ")) == 1
+    assert trip.snapshot.mode is (Mode.AUTO if by_plan else Mode.RTL)
+    assert trip.distance_m < 5.0
+
+
+def test_home_that_is_set_on_the_way_back_is_sailed_to(voyage):
+    trip = voyage(NO_DEPTH)
+    trip.sail(2.0, (60.0, 0.0), after_s=30.0)
+    assert trip.mode(Mode.RTL).reason == ""
+    trip.run(2.0)
+    trip.texts.clear()
+    assert trip.ask(SetHomePosition(*trip.world.surroundings.plant.frame.to_geodetic(60.0, 40.0))).reason == ""
+    trip.run(70.0)
+    assert len(told(trip, "Return to home, ")) == 1
+    assert math.dist((trip.truth.north_m, trip.truth.east_m), (60.0, 40.0)) < 3.0
+
+
+def test_a_boat_that_has_returned_stays_when_rally_points_change(voyage):
+    trip = voyage(NO_DEPTH)
+    trip.sail(2.0, (60.0, 0.0), after_s=30.0)
+    rally(trip, NEAR)
+    assert trip.mode(Mode.RTL).reason == ""
+    trip.run(30.0)
+    trip.texts.clear()
+    clear(trip)
+    trip.run(30.0)
+    assert not told(trip, "Return")
+    assert abs(trip.truth.north_m - 50.0) < 3.0
 
 
 def test_rally_points_behind_the_fence_are_told_when_they_are_loaded(voyage):

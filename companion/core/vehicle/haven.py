@@ -22,8 +22,8 @@ from .plan_fence import SETTLE_US
 from .plan_reach import MissionConfig, shown
 
 HOME: Final = "home"
-_THERE_M: Final = 2.0
-"""Nearer than this the vessel is there: no way to the place is left on which the fence could stop her."""
+THERE_M: Final = 2.0
+"""Nearer than this the vessel is there, as at a waypoint by default: no way is left that is worth a text or that a fence could stop."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,9 +73,7 @@ class Havens:
         """Look at rally points that were loaded, or that another fence stands about; return a text when one is passed over."""
         if not state.position_valid:
             return None
-        fence = self._fence
-        about = None if fence is None else (fence.version, fence.enabled)
-        key = about, self.config.rally_limit_km, state.origin_lat_rad, state.origin_lon_rad
+        key = self._about, self.config.rally_limit_km, state.origin_lat_rad, state.origin_lon_rad
         if self.rally is not self._looked_at:
             self._looked_at, self._key, self._told = self.rally, None, ""
         if key != self._key:
@@ -97,6 +95,15 @@ class Havens:
         if place is None or limit_m is None or place.away_m <= limit_m:
             return ""
         return f"Return leads to {place.words} away"
+
+    @property
+    def key(self) -> object:
+        """Equal as long as Return has the same places to choose from."""
+        return self.home, self.rally, self._about, self.config.rally_limit_km
+
+    @property
+    def _about(self) -> object:
+        return None if self._fence is None else (self._fence.version, self._fence.enabled)
 
     @property
     def _limit_m(self) -> float | None:
@@ -125,7 +132,7 @@ class Havens:
         outside_m = self._outside_m(state, point)
         if outside_m is not None:
             return f"{max(outside_m, 1.0):.0f} m outside the fence"
-        if self._fence is None or away_m < _THERE_M:
+        if self._fence is None or away_m < THERE_M:
             return ""
         short_m = self._fence.short_m(state, point, *self.coming_in(speed_mps))
         return "" if short_m is None else f"{max(short_m, 1.0):.0f} m too near the fence to stop there"

@@ -33,7 +33,7 @@ from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.units import wrap_pi
 
 from ..guide.leg import GuidanceReport, Leg
-from .haven import Havens
+from .haven import THERE_M, Havens
 from .plan_reach import MissionConfig
 
 Effect = SetHome | FenceEnable | Noted
@@ -50,8 +50,6 @@ _EXIT_RAD: Final = 0.15
 """A circle is left where it points to the next item within 9 degrees: the corner that is left over is sailed in a moment."""
 _STAY_US: Final = 1_000_000
 """A loop that takes less has no way: it is station keeping, stays so long each time round, and fills no link with its items."""
-_THERE_M: Final = 1.5
-"""No way home that is worth a text: less than a vessel comes near to a point by default."""
 BEGINS_ANEW: Final = "the new plan begins at its first item: what comes before the current one is another"
 GOES_ON: Final = "the new plan goes on at its current item, which is another: its leg begins here"
 ANOTHER: Final = "the new plan begins at its first item: the place in the old one was left"
@@ -95,6 +93,8 @@ class Mission:
         self._sailed_to: LatLon | None = None
         self._returned_to: LatLon | None = None
         """Place that was told last."""
+        self._returns_by: object = None
+        """What the place was chosen from, on a way home."""
         self._ended_at: LatLon | None = None
         """Point of the last item, when it was one to stay at and was reached."""
         self._reached: list[int] = []
@@ -176,8 +176,7 @@ class Mission:
     def pause(self) -> None:
         if self.state is PlanState.ACTIVE:
             self.state = PlanState.PAUSED
-            self._leg = None
-            self._sailed_to = None
+            self._leg = self._sailed_to = None
 
     def leave(self) -> None:
         """The vessel goes home, or is armed anew: its place means something to this plan only, until the plan goes on."""
@@ -212,6 +211,8 @@ class Mission:
         """Return the leg to sail now, or None when the plan is not running, is done, or has no position to start from."""
         if self.state is not _ACTIVE:
             return None
+        if self._returns_by is not None and state.position_valid and self._returns_by != self.havens.key:
+            self._leg = self._sailed_to = None
         if self._leg is None and state.position_valid:
             self._next_leg(now_us, state)
         return self._leg
@@ -243,8 +244,6 @@ class Mission:
 
     def drain_texts(self) -> Sequence[tuple[Severity, str]]:
         """Return and forget the texts for the operator since the last call."""
-        if not self._texts:
-            return ()
         texts, self._texts = self._texts, []
         return texts
 
@@ -299,7 +298,7 @@ class Mission:
         if isinstance(item, ReturnHome):
             haven = self.havens.nearest(state, self.speed_mps)
             if haven is not None:
-                if haven.point != self._returned_to or not (self._stay_us or haven.away_m < _THERE_M):
+                if haven.point != self._returned_to or not (self._stay_us or haven.away_m < THERE_M):
                     self._texts.append((Severity.NOTICE, f"item {item.seq}: return to {haven.words}"))
                 self._returned_to = haven.point
                 return Goto(item.seq, *haven.point)
@@ -320,6 +319,7 @@ class Mission:
         self._leg = Leg(self._generation, maneuver, self._sailed_to, self._following(), speed)
         self._begun_us, self._on_path_us, self._arrived_us = now_us, None, None
         self._until_us = self._over_turns = None
+        self._returns_by = self.havens.key if isinstance(self.plan.maneuvers[self.seq], ReturnHome) else None
         assert state.lat_rad is not None
         assert state.lon_rad is not None
         distance_m, _ = inverse(state.lat_rad, state.lon_rad, maneuver.lat_rad, maneuver.lon_rad)
@@ -387,7 +387,7 @@ class Mission:
         self._reached += [self.seq] if is_there else []
         goes_round = isinstance(item, Loiter) and not isinstance(item.figure, Hover)
         self._ended_at = point if is_there and not goes_round else None
-        self._leg, self.is_changed = None, False
+        self._leg, self._returns_by, self.is_changed = None, None, False
         self._stayed_us, self._stay_us = self._stayed_us + self._stay_us, 0
         self.seq += 1
 

@@ -30,6 +30,7 @@ _ACTIVE: Final = PlanState.ACTIVE
 _UNDER_WAY: Final = (PlanState.ACTIVE, PlanState.COMPLETE)
 _FOLLOW_M: Final = 6.0
 """A streamed position that moves within this of a vessel that keeps station is followed by station keeping."""
+_NOWHERE: Final = "No home or rally point to return to any more: the boat stays here"
 
 
 class ModeConfig(Config):
@@ -80,6 +81,8 @@ class Navigator:
         self._generation = -1
         self._leg: Leg | None = None
         self._hold: LatLon | None = None
+        self._returns_by: object = None
+        """What the place of a return was chosen from."""
         self._steer: Steer | None = None
         self._steer_us: int | None = None
         self._sticks: ManualInput | None = None
@@ -310,6 +313,8 @@ class Navigator:
             return self._measure(now_us, state, self._trial)
         if self._steer is not None and mode is _GUIDED:
             return self._steer
+        if mode is _RTL:
+            self._look_where_to(state)
         return self._leg or self._station(state)
 
     def advance(self, now_us: int, state: EstimatedState, report: GuidanceReport) -> None:
@@ -341,10 +346,22 @@ class Navigator:
         return "" if self.mode is mode else self.enter(mode, state)
 
     def _return(self, state: EstimatedState) -> None:
-        haven = self.mission.havens.nearest(state)
-        assert haven is not None
-        self._texts.append((Severity.NOTICE, f"Return to {haven.words}"))
-        self._sail(Goto(-1, *haven.point, leg_from_here=True))
+        """Choose where to; a place to which the vessel is under way already is neither told nor begun again."""
+        havens, old = self.mission.havens, None if self._leg is None else self._leg.maneuver
+        self._returns_by = havens.key
+        haven = havens.nearest(state, self.speed_mps)
+        if haven is None:
+            self._texts.append((Severity.WARNING, _NOWHERE))
+            self._leg, self._hold = None, _here(state)
+        elif old is None or haven.point != (old.lat_rad, old.lon_rad):
+            self._texts.append((Severity.NOTICE, f"Return to {haven.words}"))
+            self._sail(Goto(-1, *haven.point, leg_from_here=True))
+
+    def _look_where_to(self, state: EstimatedState) -> None:
+        """Choose anew when home, rally points or fence have changed on the way; a vessel that has come to a place stays there."""
+        is_under_way = self._leg is not None and isinstance(self._leg.maneuver, Goto)
+        if is_under_way and state.position_valid and self._returns_by != self.mission.havens.key:
+            self._return(state)
 
     def _sail(self, maneuver: Goto | Loiter) -> None:
         self.end_trial("another order")
