@@ -294,6 +294,37 @@ WHOSE = {
 }
 
 
+NO_STORE = {
+    "vessel_id": "drawn at this start",
+    "world_kind": "real",
+    "settings": {"store": "", "system": {"name": "heron", "system_id": 1}},
+}
+
+
+@pytest.mark.parametrize(
+    ("earlier", "is_ours"),
+    [
+        ({"vessel_id": "drawn at that start"}, True),
+        ({"world_kind": "simulated"}, False),
+        ({"vessel_id": None}, False),
+        ({"settings": {"store": "", "system": {"name": "egret", "system_id": 1}}}, False),
+        ({"settings": {"store": "", "system": {"name": "heron", "system_id": 2}}}, False),
+        ({"settings": {"store": "", "system": {"name": ["heron"], "system_id": 1}}}, False),
+        ({"settings": {"store": "a.db", "system": {"name": "heron", "system_id": 1}}}, False),
+    ],
+)
+def test_without_a_store_a_vessels_earlier_runs_are_known_by_her_name_and_number(tmp_path, earlier, is_ours):
+    """Her id is drawn at each start: an erase deleted none of her runs and called them another vessel's."""
+    make_log(tmp_path, "earlier", 500)
+    make_log(tmp_path, "now", 300)
+    say_whose(tmp_path / "earlier", {**NO_STORE, **earlier})
+    say_whose(tmp_path / "now", NO_STORE)
+    vessel = Vessel(tmp_path)
+    vessel.erase()
+    vessel.step([], 0)
+    assert (tmp_path / "earlier" / "mavlink.tlog").exists() is not is_ours
+
+
 @pytest.mark.parametrize("whose", WHOSE)
 def test_an_erase_leaves_what_is_not_known_to_be_this_vessels(tmp_path, whose):
     """It unlinked whatever lay in the folder."""

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Final, NamedTuple, Protocol
 
 from ..clock import EARLIEST_UTC_US
+from ..keeping.mark import WorldKind
 from ..log_file import parts_of
 from ..writer import Writer
 from .run_folders import is_held
@@ -171,13 +172,21 @@ def log_parts(run_dir: Path) -> tuple[tuple[Path, int], ...]:
 
 
 def vessel_of(run_dir: Path) -> tuple[object, object] | None:
-    """Whose run it is by its run.json: the vessel's id and its number on MAVLink; None = nobody knows."""
+    """Whose run it is by its run.json: the vessel's id and its number on MAVLink; None = nobody knows.
+
+    A boat without a store has another id at each start: there her name stands for it.
+    """
     try:
         about = json.loads((run_dir / "run.json").read_text(encoding="utf-8"))
-        number = about.get("settings", {}).get("system", {}).get("system_id")
+        settings = about.get("settings", {})
+        system = settings.get("system", {})
+        name, number = system.get("name"), system.get("system_id")
+        has_store = settings.get("store") != ""
     except (OSError, ValueError, AttributeError, RecursionError):
         return None
     vessel = about.get("vessel_id")
+    if vessel is not None and name and not has_store and about.get("world_kind") == WorldKind.REAL:
+        vessel = ("no store", name)
     return None if vessel is None else (vessel, number)
 
 
