@@ -73,9 +73,10 @@ def test_a_plan_that_jumps_back_to_where_the_boat_is_keeps_her_there(voyage, eas
     assert trip.texts[began:] == []
 
 
-def test_a_closed_patrol_is_sailed_through_its_first_point(voyage):
+@pytest.mark.parametrize("vessel", ["otter", "plant_b"])
+def test_a_closed_patrol_is_sailed_through_its_first_point(voyage, vessel):
     """She braked to 0.46 m/s there in each lap: its last point is its first one, and the jump led back to where she was."""
-    trip = voyage("depth.enabled=false")
+    trip = voyage("depth.enabled=false", f"vessel={vessel}")
     first = (20.0, 0.0)
     points = [item(WAYPOINT, at=trip.at(*at)) for at in (first, (60.0, 0.0), (60.0, 30.0), (20.0, 30.0), first)]
     speed = item(CHANGE_SPEED, 1.0, 1.5, -1.0)

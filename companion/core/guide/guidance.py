@@ -208,13 +208,14 @@ class Guidance:
         entry = corner[1] if corner and start and math.dist(corner[0], start) < 0.01 else None
         if start and math.dist(start, self._target) < _LEAST_LEG_M:
             start = entry = None
+            self._reach_m += _LEAST_LEG_M  # she has just been there, and has hardly gone on since
         begin = entry.point(entry.length_m) if entry else start or here
         segments: list[Line | Arc] = [entry] if entry else []
         arc = None
         if isinstance(following, Goto) and onward and maneuver.hold_s <= 0.0 and not following.leg_from_here:
-            reach = max(0.0, math.dist(begin, self._target) - 0.5)
-            cut_m = self._config.corner_cut_m
-            arc = self.follower.corner(begin, self._target, onward, cut_m=cut_m, reach_m=reach)
+            length_m = math.dist(begin, self._target)
+            reach = max(0.0, length_m - 0.5) if start or length_m > self._reach_m else 0.0
+            arc = self.follower.corner(begin, self._target, onward, cut_m=self._config.corner_cut_m, reach_m=reach)
         if arc is None:
             self._arrived = max(math.dist(place, self._target) for place in (here, begin)) <= self._reach_m
             segments.append(Line(begin, (self._arrived and onward) or self._target))
