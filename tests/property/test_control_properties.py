@@ -125,13 +125,13 @@ def test_the_mix_keeps_range_and_priority(common, differential, limit):
     st.floats(-1.5, 1.5),
     st.tuples(st.floats(-1.0, 1.0), st.floats(-1.0, 1.0)),
     st.floats(0.0, 3.0),
-    st.sampled_from([(0.0, 1.6), (-0.15, 1.6), (0.3, 1.3), (-0.5, 1.3)]),
+    st.sampled_from([(0.0, True, 1.6), (-0.15, True, 1.6), (0.3, True, 1.3), (-0.5, True, 1.3), (0.0, False, 1.3)]),
 )
 def test_the_bow_turns_off_the_path_no_more_than_a_wrong_file_bears(path, off, drift, now, doubtful):
     """Strong water along the way asks for any gain; a file that says half the speed shows the same water, and it is not there."""
-    course, (made_share, gain) = wrap_pi(path + off), doubtful
+    course, (made_share, is_bend, gain) = wrap_pi(path + off), doubtful
     along, plain = (triangle(each, 1.5, drift, 3.0, now) for each in (path, course))
-    found = bow(path, course, 1.5, drift, top_mps=3.0, now_mps=now, made_share=made_share)
+    found = bow(path, course, 1.5, drift, top_mps=3.0, now_mps=now, made_share=made_share, is_bend=is_bend)
     assert abs(wrap_pi(found.psi_rad - along.psi_rad)) <= gain * abs(off) + 1e-9
     if abs(wrap_pi(plain.psi_rad - along.psi_rad)) <= gain * abs(off):
         assert found == plain

@@ -70,6 +70,8 @@ class HeadingTrack:
         """Since when a course that stands in has borne them out."""
         self._refused_rad = 0.0
         self._contradicted = False
+        self._refused_is_back = False
+        """What is refused came after a silence; what is not leapt under the vessel's eyes, and no silence widens its window."""
         """Whether the course has contradicted the headings that are refused."""
         self._unseen = Unseen()
         self._lost_said = False
@@ -300,19 +302,21 @@ class HeadingTrack:
         self, t_us: int, since_us: int, psi_rad: float, innovation: float, goes_against: Callable[[float], bool]
     ) -> bool:
         since_s = since_us * 1e-6
-        is_back = since_us > self._timeout_us and since_s > self._patience_s()
+        is_held = self._refused_since_us is not None and not self._refused_is_back
+        is_old = since_us > self._timeout_us and since_s > self._patience_s()
+        is_back = is_old and not is_held
         if is_back:
             self._end_silence(t_us, since_s)
         quickly_s = min(since_s, _STEP_RATE_MAX_S)
         slowly_s = max(0.0, min(since_s, self._interval_s) - _STEP_RATE_MAX_S)
         turned_deg = self._rate_max_dps * quickly_s + _SLOW_DPS * slowly_s + self._unseen.off_deg
         gate = math.radians(self._jump_deg + turned_deg)
-        excused = self._stands_in(t_us) and not self._contradicted and not self._way.denies(psi_rad)
+        excused = not is_held and self._stands_in(t_us) and not self._contradicted and not self._way.denies(psi_rad)
         is_far = abs(innovation) > gate and not excused
         if is_far or (gate > _VAGUE_RAD and self._is_elsewhere(psi_rad, goes_against)):
             self._refuse(t_us, psi_rad, innovation, gate, goes_against, is_back=is_back)
             return False
-        starts_anew = is_back or self._unseen.off_deg > 0.0
+        starts_anew = is_old or self._unseen.off_deg > 0.0
         if self._refused_since_us is not None:
             self._end_refusal("heading is plausible again" if self._jump.ends() else "")
         if starts_anew:
@@ -367,10 +371,11 @@ class HeadingTrack:
 
     def _begin_doubt(self, t_us: int) -> None:
         self._refused_since_us = self._refused_run_us = t_us
-        self._borne_us, self._contradicted = None, False
+        self._borne_us, self._contradicted, self._refused_is_back = None, False, False
 
     def _begin_refusal(self, t_us: int, off_deg: float, *, is_back: bool) -> None:
         self._begin_doubt(t_us)
+        self._refused_is_back = is_back
         if not self._jump.begins(t_us):
             return
         if is_back:
