@@ -226,14 +226,12 @@ class Estimator:
         if not heading_valid and not from_course:
             psi_rad = None
         dt_s, self._last_us = 0.0 if self._last_us is None else (now_us - self._last_us) * 1e-6, now_us
-        self._own.step(dt_s, None if motion is None else motion[2:])
+        ground = None if motion is None else motion[2:]
+        self._own.step(dt_s, ground)
         if not heading_valid:
             self._water.lose_heading()
-        if vn is not None and ve is not None and psi_rad is not None:
-            sine, cosine = math.sin(psi_rad), math.cos(psi_rad)
-            u_mps, v_mps = vn * cosine + ve * sine, ve * cosine - vn * sine
-            if heading_valid:
-                self._step_water(dt_s, (vn, ve), bow=(cosine, sine), r_radps=r_radps)
+        if ground is not None and psi_rad is not None:
+            u_mps, v_mps = self._along(dt_s, ground, psi_rad, turns_radps=r_radps if heading_valid else None)
         drift, current = self._water.drift_mps, self._water.current_mps
         fix_n_mps, fix_e_mps = position.take_velocity()
         phi_rad, theta_rad = self._tilt.at(now_us)
@@ -270,6 +268,15 @@ class Estimator:
             fix_type=FixType.NONE if fix is None or self.fix_at(now_us) is None else fix.fix_type,
             heading_from_course=from_course,
         )
+
+    def _along(
+        self, dt_s: float, ground: tuple[float, float], psi_rad: float, *, turns_radps: float | None
+    ) -> tuple[float, float]:
+        """Return surge and sway over ground; where the compass tells the heading, and so the turn, see what the water does."""
+        (vn, ve), sine, cosine = ground, math.sin(psi_rad), math.cos(psi_rad)
+        if turns_radps is not None:
+            self._step_water(dt_s, ground, bow=(cosine, sine), r_radps=turns_radps)
+        return vn * cosine + ve * sine, ve * cosine - vn * sine
 
     def _update_fix(self, fix: GpsFix, link: int) -> bool:
         fix = self._receivers.somewhere(fix, link)
