@@ -2,7 +2,8 @@
 
 The equations stand in ``core/hull/forces.py`` and ``core/hull/thrust.py``; here they are a second time because those answer
 one boat at a time, and a fit asks a hundred thousand times. A test holds both against each other. Shapes: coefficients
-(boats, 1), states (boats, stretches), commands (steps, stretches).
+(boats, 1), states (boats, stretches), commands (steps, stretches); what there is a port and a starboard one of has a first axis
+for them, of two, and is reckoned once for both: at these sizes it is the calls that take the time.
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ _EDGE: Final = 0.006
 
 _STALLING_RAD: Final = math.radians(1.0)
 """And over which a rudder stalls."""
+_SIDES: Final = np.array([1.0, -1.0])[:, None, None]
+"""Port, starboard: the way in which each one's thrust turns the bow."""
 
 COEFFICIENTS: Final = (
     *("m11", "m22", "m23", "m33", "xu", "xuu", "yv", "yvv", "nr", "nrr", "nur", "munk"),
@@ -102,19 +105,21 @@ class HullArrays:
             exponent = np.where(command > 0.0, exponent, self._exponent_astern)
         return np.sign(command) * gate * np.maximum(size, 1e-9) ** (0.5 * exponent)
 
-    def thrust(self, c: dict[str, Array], revs: Array, u: Array, share: Array) -> Array:
-        """Thrust of a side, N."""
-        slip = c["speed_loss"] * np.maximum(np.sign(revs) * u, 0.0)
+    def thrust(self, c: dict[str, Array], revs: Array, u: Array, shares: Array) -> Array:
+        """Thrust of both sides, N; of what the file says of each side ``shares`` is there."""
+        way = np.sign(revs)
+        slip = c["speed_loss"] * np.maximum(way * u, 0.0)
         size = np.abs(revs)
-        full = np.where(revs > 0.0, c["ahead"], c["astern"]) * (self._half * share)
-        return np.sign(revs) * full * size * np.maximum(size - slip, 0.0)
+        full = np.where(revs > 0.0, c["ahead"], c["astern"]) * (self._half * shares)
+        return way * full * size * np.maximum(size - slip, 0.0)
 
     def rates(
         self, c: dict[str, Array], motion: tuple[Array, ...], drive: tuple[Array, ...], air: tuple[Array, ...]
     ) -> Any:
-        """Accelerations (surge, sway, yaw) for motion (u, v, r), drive (port N, starboard N, rudder rad), air (X, Y, N)."""
+        """Accelerations (surge, sway, yaw) for motion (u, v, r), drive (thrust of both sides N, rudder rad), air (X, Y, N)."""
         u, v, r = motion
-        port, starboard, angle = drive
+        thrust, angle = drive
+        port, starboard = thrust
         speed = np.abs(u)
         m11, m22, m23, m33 = c["m11"], c["m22"], c["m23"], c["m33"]
         x = -(c["xu"] + c["xuu"] * speed) * u + m22 * v * r + m23 * r * r + air[0] + port + starboard
@@ -127,14 +132,13 @@ class HullArrays:
             y, n = y - drag, n - drag * at_m
         if self.rudders:
             cosine, sine = np.cos(angle), np.sin(angle)
-            flow, aside = v + self._x_m * r, self.lateral_m * r
-            for along, thrust in ((u + aside, port), (u - aside, starboard)):
-                force = self._rudder(c, along, flow, thrust, angle)
+            along = u + _SIDES * (self.lateral_m * r)
+            for force in self._rudders(c, along, v + self._x_m * r, thrust, angle):
                 x, y, n = x - np.abs(force * sine), y - force * cosine, n - self._x_m * force * cosine
         det = m22 * m33 - m23 * m23
         return x / m11, (m33 * y - m23 * n) / det, (m22 * n - m23 * y) / det
 
-    def _rudder(self, c: dict[str, Array], along: Array, across: Array, thrust: Array, angle: Array) -> Array:
+    def _rudders(self, c: dict[str, Array], along: Array, across: Array, thrust: Array, angle: Array) -> Array:
         ahead = np.maximum(along, 0.0)
         driven = thrust > 0.0
         race2 = np.where(driven, self._race * c["race_share"] * thrust + ahead * ahead, along * along)
@@ -162,8 +166,9 @@ class HullArrays:
         """
         steps, dt = commands.port.shape[0], STEP_S / SUBSTEPS
         u, v, r = (np.array(part, dtype=float) for part in start)
-        port = self.revs(c, commands.port[0]) + 0.0 * u
-        starboard = self.revs(c, commands.starboard[0]) + 0.0 * u
+        both = np.stack([commands.port, commands.port if self._single else commands.starboard], axis=1)[:, :, None]
+        shares = np.stack([np.ones_like(c["starboard_share"]), c["starboard_share"]])
+        revs = self.revs(c, both[0]) + 0.0 * u
         angle = np.clip(commands.rudder_rad[0] + c["offset"], -self._max_rad, self._max_rad) + 0.0 * u
         spin, turn = 1.0 - np.exp(-dt / c["lag"]), 1.0 - np.exp(-dt / c["rudder_lag"])
         out = np.empty((steps, 3, *u.shape))
@@ -171,17 +176,15 @@ class HullArrays:
         zero = 0.0 * u
         for k in range(steps):
             out[k, 0], out[k, 1], out[k, 2] = u, v, r
-            wanted_p = self.revs(c, commands.port[k])
-            wanted_s = wanted_p if self._single else self.revs(c, commands.starboard[k])
+            wanted_revs = self.revs(c, both[k])
             wanted = np.clip(commands.rudder_rad[k] + c["offset"], -self._max_rad, self._max_rad)
             air = (zero, zero, zero)
             if blows:
                 air = self._air(commands.psi_rad[k], (wind[0] - drift[0], wind[1] - drift[1]), u, v)
             for _ in range(SUBSTEPS):
-                port, starboard = port + (wanted_p - port) * spin, starboard + (wanted_s - starboard) * spin
+                revs = revs + (wanted_revs - revs) * spin
                 angle = angle + np.clip((wanted - angle) * turn, -self._rate * dt, self._rate * dt)
-                drive = (self.thrust(c, port, u, 1.0), self.thrust(c, starboard, u, c["starboard_share"]), angle)
-                du, dv, dr = self.rates(c, (u, v, r), drive, air)
+                du, dv, dr = self.rates(c, (u, v, r), (self.thrust(c, revs, u, shares), angle), air)
                 u = np.clip(u + du * dt, -20.0, 20.0)
                 v = np.clip(v + dv * dt, -20.0, 20.0)
                 r = np.clip(r + dr * dt, -6.0, 6.0)

@@ -44,7 +44,8 @@ def test_accelerations_are_those_of_the_force_model(name, monkeypatch):
     for _ in range(300):
         u, v, r = dice.uniform(-2, 3), dice.uniform(-1, 1), dice.uniform(-1, 1)
         port, starboard, angle = dice.uniform(-60, 100), dice.uniform(-60, 100), dice.uniform(-0.6, 0.6)
-        found = arrays.rates(c, tuple(np.full((1, 1), x) for x in (u, v, r)), (port, starboard, angle), (0.0, 0.0, 0.0))
+        thrust = np.array([port, starboard]).reshape(2, 1, 1)
+        found = arrays.rates(c, tuple(np.full((1, 1), x) for x in (u, v, r)), (thrust, angle), (0.0, 0.0, 0.0))
         wanted = model.rates(
             u, v, r,
             thrust_port_n=port, thrust_starboard_n=starboard, rudder_port_rad=angle, rudder_starboard_rad=angle,
