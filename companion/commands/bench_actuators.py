@@ -36,6 +36,8 @@ from .bench_keys import Keyboard
 CHANNELS: Final = ("thruster_port", "thruster_starboard", "rudder_port", "rudder_starboard")
 PATIENCE_US: Final = 8_000_000
 """Time for the port to open and the board to answer."""
+TAKEN_US: Final = 2_000_000
+"""And for a program that just ended to let go of the port: longer, it is one that stays."""
 LOOK_US: Final = 500_000
 """A position is held this long before an answer counts: nobody has seen an output move that never got there."""
 LIMIT: Final = 0.3
@@ -251,11 +253,12 @@ class Bench:
         """Give up when the board does not come, or leaves."""
         if self._first_us is None:
             self._first_us = now_us
+        place = self.port.link.describe()
+        taken = "in use" in place
         if self._was_ready and not ready:
             self._fail(f"stopped: {reason}")
-        elif not ready and now_us - self._first_us > PATIENCE_US:
-            place = self.port.link.describe()
-            mend = "; a vessel that runs holds its port: stop it first" if "in use" in place else ""
+        elif not ready and now_us - self._first_us > (TAKEN_US if taken else PATIENCE_US):
+            mend = "; a vessel that runs holds its port: stop it first" if taken else ""
             self._fail(f"{place}: {reason}{mend}")
         self._was_ready = ready
 

@@ -1,12 +1,12 @@
 """MAVSDK as the ground station: upload speed + loiter, arm, start, and say when each step was done.
 
-Run by the tests in a process of its own: ``mavsdk_loiter.py URL LAT_DEG LON_DEG LOITER_S``. Prints one JSON object a line.
+Run by the tests in a process of its own: ``mavsdk_loiter.py URL LAT_DEG LON_DEG LOITER_S [ardurover] [--radius-m R]``. Prints one JSON object a line.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
-import sys
 import time
 from typing import Any
 
@@ -37,7 +37,7 @@ def retry(what: str, call: Any, tries: int = 20, pause_s: float = 0.5) -> None:
 BEGAN = time.monotonic()
 
 
-def main(url: str, lat_deg: float, lon_deg: float, loiter_s: float) -> None:
+def main(url: str, lat_deg: float, lon_deg: float, *, loiter_s: float, radius_m: float, autopilot: bool) -> None:
     sdk = Mavsdk(Configuration.create_with_component_type(ComponentType.GROUND_STATION))
     result = sdk.add_any_connection(url)
     say("connection", result=int(result))
@@ -48,13 +48,12 @@ def main(url: str, lat_deg: float, lon_deg: float, loiter_s: float) -> None:
     telemetry, action, mission = Telemetry(system), Action(system), MissionRaw(system)
     x, y = round(lat_deg * 1e7), round(lon_deg * 1e7)
     nan = float("nan")
-    autopilot = sys.argv[5:] == ["ardurover"]
     home = [MissionItem(0, 0, 16, 1, 1, 0, 0, 0, nan, x, y, 0, 0)] if autopilot else []
     first = len(home)
     items = [
         *home,
         MissionItem(first, 2, 178, 0 if home else 1, 1, 1, 1.5, -1, 0, 0, 0, 0, 0),
-        MissionItem(first + 1, 3, 19, 0, 1, loiter_s, 0, 20, 1, x, y, 0, 0),
+        MissionItem(first + 1, 3, 19, 0, 1, loiter_s, 0, radius_m, 1, x, y, 0, 0),
     ]
     retry("uploaded", lambda: mission.upload_mission(items))
     downloaded: list[MissionItem] = []
@@ -74,4 +73,18 @@ def main(url: str, lat_deg: float, lon_deg: float, loiter_s: float) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], float(sys.argv[2]), float(sys.argv[3]), float(sys.argv[4]))
+    words = argparse.ArgumentParser()
+    words.add_argument("url")
+    for name in ("lat_deg", "lon_deg", "loiter_s"):
+        words.add_argument(name, type=float)
+    words.add_argument("flavour", nargs="?", choices=["ardurover"])
+    words.add_argument("--radius-m", type=float, default=20.0)
+    told = words.parse_args()
+    main(
+        told.url,
+        told.lat_deg,
+        told.lon_deg,
+        loiter_s=told.loiter_s,
+        radius_m=told.radius_m,
+        autopilot=told.flavour is not None,
+    )
