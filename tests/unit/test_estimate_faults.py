@@ -10,6 +10,7 @@ import pytest
 from companion.core.estimate.estimator import EstimatorConfig
 from mavlink_bridge.language.messages import EstimatedState, FixType, GpsFix, Severity
 from mavlink_bridge.language.units import wrap_pi
+from sitl.sensors.config import SensorClass
 from sitl.sensors.talkers import SimulatedSensors
 from tools.benches.cells.sensor_rig import Motion, Pose, SensorRig, circle, straight
 
@@ -128,6 +129,20 @@ def test_row_23_a_single_outlier_does_not_move_the_estimate() -> None:
     errors: list[float] = []
     made.run(2.0, lambda here: errors.append(here.error_m()))
     assert max(errors) < 0.3
+
+
+@pytest.mark.parametrize(("grade", "step_m"), [("standalone", 4.0), ("sbas", 2.0), ("rtk", 0.5)])
+@pytest.mark.parametrize("fix_hz", [1.0, 2.0, 3.0, 4.0, 5.0])
+def test_a_step_of_a_sound_receiver_is_followed_and_no_loss(grade: SensorClass, step_m: float, fix_hz: float) -> None:
+    """Another satellite, or float to fixed: up to four fixes a second, the position was lost before the fourth one was believed."""
+    made = SensorRig(straight(1.0, 0.4), sensors=SimulatedSensors(fix_hz=fix_hz, grade=grade))
+    made.run(20.0)
+    made.suite.faults.jump_east_m = step_m
+    valid: list[bool] = []
+    made.run(4.5, lambda here: valid.append(here.state.position_valid))
+    assert all(valid)
+    # the estimate went where the receiver says; its own noise is a metre or two
+    assert made.error_m() > 0.5 * step_m
 
 
 def is_frozen(made: SensorRig) -> bool:

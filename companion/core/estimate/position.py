@@ -21,6 +21,8 @@ _OUTLIER_SIGMA: Final = 5.0
 """One good fix in two million is refused, if its errors are Gaussian."""
 _OUTLIERS_MAX: Final = 3
 """After so many in a row it is the estimate that is wrong."""
+_OUTLIERS_OF_SLOW: Final = 2
+"""So many are enough where nothing else came for the time after which a position is none: a slow receiver would be given up first."""
 _PREDICT_MAX_S: Final = 3.0
 """Dead reckoning without fixes is drift after longer than this."""
 _NEWTON_STEPS: Final = 4
@@ -125,6 +127,8 @@ class PositionTrack:
         age_s = (now_us - self.accepted_us) * 1e-6
         if self._refused_since_us is not None:
             return age_s <= self._hold_s
+        if self._outliers:  # one that is a little off is not silent: it is followed before long
+            age_s = (now_us - self._received_us) * 1e-6
         return self.is_young(age_s)
 
     @property
@@ -312,7 +316,9 @@ class PositionTrack:
         if self._outliers == 0:
             return True
         after_gap = since_us > max(self._timeout_s, 2.5 * self._interval_s) * 1e6
-        if self._outliers > _OUTLIERS_MAX or after_gap:
+        assert self.accepted_us is not None
+        stays = self._outliers >= _OUTLIERS_OF_SLOW and t_us - self.accepted_us > self._timeout_s * 1e6
+        if self._outliers > _OUTLIERS_MAX or stays or after_gap:
             if not after_gap:
                 self._leap(at, (self._north_m, self._east_m))
             self._start(fix, t_us, at, velocity, heading)
