@@ -28,7 +28,14 @@ GROUPS: Final = {
 REAL_CLOCK: Final = ("tests/e2e/", "tests/firmware/test_pty_real_time.py")
 """Few and long: each is handed out alone. Of the others, many and short, a module at a time: it makes what they share once, and seven
 thousand questions of who is free took a quarter of a minute."""
-LONGEST: Final = ("test_gateway_story", "test_loiter_story", "test_firmware_vessel", "test_pty_real_time", "test_plan_command", "test_tuning")
+LONGEST: Final = (
+    "test_gateway_story",
+    "test_loiter_story",
+    "test_firmware_vessel",
+    "test_pty_real_time",
+    "test_plan_command",
+    "test_tuning",
+)
 """Begun first, or one worker does them alone when the others are done: stories on the real clock, the groups of deadlines; the longest of
 the modules that the alphabet puts last."""
 

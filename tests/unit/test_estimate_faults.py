@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 
@@ -159,6 +160,49 @@ def test_row_24_a_frozen_receiver_is_warned_of_and_then_no_position() -> None:
     made.run(1.0)
     assert not is_frozen(made)
     assert made.state.position_valid
+
+
+@pytest.mark.parametrize("speed_mps", [0.5, 1.5, 3.0])
+@pytest.mark.parametrize("grade", ["rtk", "standalone"])
+def test_row_24_a_position_that_stays_about_one_place_while_its_speed_leads_away_is_none(
+    grade: SensorClass, speed_mps: float
+) -> None:
+    """Its last digits change and its speed is true: a boat sailed 200 m past her point, and 50 m out of her fence."""
+    sailed = straight(speed_mps, 0.4)
+    stays = False
+
+    def seen(t_s: float) -> Pose:
+        here, there = sailed(t_s), sailed(10.0)
+        return replace(here, north_m=there.north_m, east_m=there.east_m) if stays else here
+
+    made = SensorRig(seen, sensors=SimulatedSensors(grade=grade))
+    made.run(10.0)
+    stays = True
+    lost_s = first_time(made, 40.0, lambda here: not here.state.position_valid)
+    assert lost_s is not None
+    assert lost_s <= max(12.0, 14.0 / speed_mps)
+    assert any("stays about one position" in text for _, _, text in made.texts)
+    stays = False
+    made.run(15.0)
+    assert made.state.position_valid
+
+
+@pytest.mark.parametrize("speed_mps", [0.2, 0.5, 1.5, 3.0])
+@pytest.mark.parametrize("grade", ["rtk", "sbas", "standalone"])
+@pytest.mark.parametrize("fix_hz", [1.0, 5.0])
+def test_row_24_a_sound_position_does_not_stay(grade: SensorClass, speed_mps: float, fix_hz: float) -> None:
+    made = SensorRig(circle(15.0, speed_mps), sensors=SimulatedSensors(grade=grade, fix_hz=fix_hz))
+    made.run(120.0)
+    assert not [text for _, _, text in made.texts if "one position" in text]
+
+
+def test_row_24_a_receiver_that_was_told_of_is_not_sound_because_the_boat_has_stopped() -> None:
+    made = SensorRig(lambda t_s: straight(1.5 if t_s < 22.0 else 0.0, 0.4)(min(t_s, 22.0)))
+    made.run(10.0)
+    made.suite.faults.frozen = True
+    made.run(30.0)
+    assert is_frozen(made)
+    assert not made.state.position_valid
 
 
 def test_row_24_a_receiver_stuck_in_time_is_frozen_too_even_at_rest() -> None:

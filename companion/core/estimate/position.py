@@ -15,6 +15,7 @@ from .antenna import NO_ARM, Attitude, Pair, at_centre, lever
 from .clock import ClockAligner
 from .config import POSITION_SIGMA_M, EstimatorConfig
 from .filter import PairCovariance
+from .repeats import FrozenWatch
 from .told import ComesAndGoes
 
 _OUTLIER_SIGMA: Final = 5.0
@@ -50,25 +51,6 @@ def near_local(frame: LocalFrame, lat_rad: float, lon_rad: float, north_m: float
         if size_m < _CLOSE_M:
             return north_m, east_m
     return frame.to_local(lat_rad, lon_rad)
-
-
-class FrozenWatch:
-    """A receiver that repeats one position, or one UTC, while the vessel moves."""
-
-    def __init__(self) -> None:
-        self._last: tuple[float | None, float | None] | None = None
-        self._since_us = 0
-        self._last_utc_us: int | None = None
-
-    def same_for_s(self, fix: GpsFix, moving: bool) -> float:
-        """Seconds that the position has been the very same; a vessel at rest does not count."""
-        here = (fix.lat_rad, fix.lon_rad)
-        repeated_utc = fix.utc_us is not None and fix.utc_us == self._last_utc_us
-        self._last_utc_us = fix.utc_us
-        if here != self._last or not (moving or repeated_utc):
-            self._last = here
-            self._since_us = fix.t_us
-        return (fix.t_us - self._since_us) * 1e-6
 
 
 Motion = tuple[float, float, float, float]
@@ -180,7 +162,6 @@ class PositionTrack:
             return None
         assert fix.lat_rad is not None
         assert fix.lon_rad is not None
-        self._judge_frozen(fix, moving, anew=anew is not None)
         if self.origin is None:
             self.origin = LocalFrame(fix.lat_rad, fix.lon_rad)
         north_m, east_m = near_local(self.origin, fix.lat_rad, fix.lon_rad, self._north_m, self._east_m)
@@ -192,6 +173,7 @@ class PositionTrack:
             if antenna_mps is not None:
                 velocity = at_centre(antenna_mps, ahead_m, heading.r_radps)
         told = None if antenna_mps is None else (antenna_mps, ahead_m)
+        self._judge_frozen(fix, (north_m, east_m), velocity, moving=moving, anew=anew is not None)
         since_us = t_us - self._received_us
         self._received_us = t_us
         if self.accepted_us is None or anew is not None:
@@ -225,12 +207,12 @@ class PositionTrack:
             and (not fix.simulated or self.config.accept_simulated)
         )
 
-    def _judge_frozen(self, fix: GpsFix, moving: bool, *, anew: bool) -> None:
-        same_s = self._watch.same_for_s(fix, moving)
+    def _judge_frozen(self, fix: GpsFix, at: Pair, velocity: Pair | None, *, moving: bool, anew: bool) -> None:
+        same_s = self._watch.same_for_s(fix, at, velocity, moving=moving, told=self.frozen and not anew)
         frozen = same_s > self._warn_s
         if frozen != self.frozen:
             self.frozen = frozen
-            text = "Receiver repeats one position while moving" if frozen else "Receiver's position moves again"
+            text = self._watch.text if frozen else "Receiver's position moves again"
             if frozen or not anew:  # of the one before nothing is known any more
                 self._texts.append((Severity.WARNING if frozen else Severity.INFO, text))
         self._frozen_out = same_s > self._invalid_s

@@ -1,6 +1,7 @@
 """MAVSDK as the ground station: upload speed + loiter, arm, start, and say when each step was done.
 
-Run by the tests in a process of its own: ``mavsdk_loiter.py URL LAT_DEG LON_DEG LOITER_S [ardurover] [--radius-m R]``. Prints one JSON object a line.
+Run by the tests in a process of its own: ``mavsdk_loiter.py URL LAT_DEG LON_DEG LOITER_S [ardurover] [--radius-m R]``.
+Prints one JSON object a line.
 """
 
 from __future__ import annotations
