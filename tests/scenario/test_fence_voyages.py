@@ -18,6 +18,7 @@ from mavlink_bridge.language.requests import (
     SetMode,
     StartPlan,
 )
+from tests.world_station import Helm
 
 WEATHER = (
     "world.water.current_mps=0.5",
@@ -82,8 +83,8 @@ def test_an_operator_sails_back_inside(voyage):
     assert trip.ask(Reposition(lat, lon, speed_mps=1.5)).reason == ""
     trip.until(lambda: not trip.snapshot.fence.breached, 60.0)
     assert "Operator takes over: outside the fence" in trip.texts
-    assert "Inside the fence again" in trip.texts
     trip.until(lambda: trip.truth.north_m > 55.0, 60.0)
+    assert "Inside the fence again" in trip.texts
 
 
 def test_a_plan_that_passes_an_exclusion_is_held_before_it(voyage):
@@ -160,3 +161,82 @@ def test_a_vessel_in_auto_is_not_armed_for_a_plan_that_leads_out(voyage):
     assert trip.ask(EnableFence(enable=False)).reason == ""
     trip.run(0.2)
     assert trip.ask(Arm(arm=True)).reason == ""
+
+
+SET_OUT = ("world.water.current_to_deg=0", "world.water.wind_from_deg=180", "world.water.wind_mps=5")
+SQUARE = [(-30.0, -50.0), (60.0, -50.0), (60.0, 50.0), (-30.0, 50.0)]
+LEVELS = ("monitors.battery_low_v=12", "monitors.battery_critical_v=11", "monitors.battery_empty_v=10")
+
+
+def lost_near_the_edge(*weather, fence=SQUARE, goal=(57.0, 0.0)):
+    """Near the edge of a fence when the station falls silent for good; return her after the time in which she comes home."""
+    helm = Helm("ardurover", "depth.enabled=false", "failsafe.gcs_then_s=20", *weather)
+    assert helm.upload([(0, 5001, 4.0, 0, 0, 0, *helm.at(*corner), 0.0) for corner in fence], 1) == 0
+    assert helm.command(400, 1.0) == 0
+    lat, lon = helm.at(*goal)
+    assert helm.command(192, -1.0, 1.0, 0.0, math.nan, lat / 1e7, lon / 1e7) == 0
+    helm.run(60.0)
+    assert helm.truth.north_m > 0.8 * goal[0]
+    helm.present = False
+    helm.run(110.0)
+    return helm
+
+
+@pytest.mark.parametrize("weather", [(), ("world.water.current_mps=0.3", *SET_OUT)], ids=["calm", "set out"])
+def test_a_fence_that_is_near_does_not_take_away_the_return(weather):
+    """Turning about she made 0.4 m towards the edge, was stopped, and lay 57 m from home for ever, told that she returned."""
+    helm = lost_near_the_edge(*weather)
+    assert math.hypot(helm.truth.north_m, helm.truth.east_m) < 3.0
+
+
+def test_a_return_that_leads_across_the_fence_waits_and_says_so():
+    """The fence's stop is over, home lies behind an exclusion: she does not try again and again."""
+    bar = [(20.0, -40.0), (30.0, -40.0), (30.0, 40.0), (20.0, 40.0)]
+    helm = Helm("ardurover", "depth.enabled=false", "failsafe.gcs_then_s=20")
+    assert helm.command(400, 1.0) == 0
+    lat, lon = helm.at(60.0, 0.0)
+    assert helm.command(192, -1.0, 1.0, 0.0, math.nan, lat / 1e7, lon / 1e7) == 0
+    helm.run(60.0)
+    assert helm.upload([(0, 5002, 4.0, 0, 0, 0, *helm.at(*corner), 0.0) for corner in bar], 1) == 0
+    helm.present = False
+    helm.run(200.0)
+    assert 30.0 < helm.truth.north_m < 62.0
+    assert helm.texts().count("Fence ahead: HOLD") == 1
+    assert helm.texts().count("Return to home, ") <= 1
+
+
+@pytest.mark.parametrize("out_m", [0.5, 4.0])
+@pytest.mark.parametrize("hull", ["otter", "blueboat"])
+def test_wind_and_current_that_set_outward_do_not_bar_the_way_inward(voyage, hull, out_m):
+    """A short run inward and a long set outward ended nearer the edge than she was: sixteen orders to return, and 2 m gained."""
+    trip = voyage("depth.enabled=false", f'vessel="{hull}"', "world.water.current_mps=0.4", *SET_OUT)
+    trip.sail(1.5, (60.0, 0.0), after_s=60.0)
+    assert trip.circle_fence(trip.distance_m - out_m).reason == ""
+    trip.run(3.0)
+    assert trip.snapshot.fence.breached
+    assert trip.mode(Mode.RTL).reason == ""
+    trip.texts.clear()
+    trip.until(lambda: trip.distance_m < 5.0, 90.0)
+    assert len([text for text in trip.texts if "ence" in text]) <= 4
+
+
+def test_a_boat_that_lies_on_the_edge_does_not_chatter(voyage):
+    trip = voyage("depth.enabled=false", "world.water.current_mps=0.3", *SET_OUT)
+    trip.sail(1.5, (30.0, 0.0), after_s=45.0)
+    assert trip.mode(Mode.HOLD).reason == ""
+    trip.run(10.0)
+    assert trip.circle_fence(trip.distance_m).reason == ""
+    trip.run(120.0)
+    assert len([text for text in trip.texts if "ence" in text]) <= 15
+
+
+def test_manual_without_sticks_is_no_hand_at_the_sticks():
+    """ "Ground station lost: RETURN" was told, and the boat drifted on in Manual."""
+    helm = Helm("ardurover", "depth.enabled=false", "failsafe.gcs_then_s=20", "world.water.current_mps=0.3")
+    assert helm.command(400, 1.0) == 0
+    assert helm.command(176, 1.0, 0.0) == 0
+    helm.run(40.0)
+    assert math.hypot(helm.truth.north_m, helm.truth.east_m) > 8.0
+    helm.present = False
+    helm.run(90.0)
+    assert math.hypot(helm.truth.north_m, helm.truth.east_m) < 3.0

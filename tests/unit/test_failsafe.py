@@ -719,3 +719,79 @@ def test_a_weak_thruster_does_what_its_parameter_says(action):
 def test_a_weak_thruster_is_never_passed_over_and_never_disarms(action):
     with pytest.raises(ValueError, match="thruster_action"):
         FailsafeConfig(thruster_action=action)
+
+
+SILENT = changed(WELL, gcs_age_s=100.0)
+
+
+def test_a_stop_whose_cause_is_gone_does_not_wait_for_an_order_that_nobody_can_give():
+    """GNSS was away for a second and a half on the way home of a boat without a station: adrift for good."""
+    run = Run()
+    run.step(SILENT)
+    assert run.step(SILENT, 61.0) is Action.RETURN
+    assert run.step(changed(SILENT, position_lost=True)) is Action.STOP
+    assert run.step(SILENT, 1.0) is Action.STOP
+    assert run.step(SILENT, 9.9) is Action.STOP, "not steadily gone"
+    assert run.step(SILENT, 0.2) is Action.RETURN
+    assert "Over: position lost" in [text for _, text in run.texts]
+
+
+def test_with_a_station_it_waits():
+    run = Run()
+    run.step(changed(WELL, position_lost=True))
+    run.step(WELL)
+    assert run.step(WELL, 600.0) is Action.STOP
+
+
+def test_what_is_told_of_one_condition_is_what_the_worst_one_does():
+    """ "Ground station lost: RETURN" was told of a boat that lay stopped, and an order that was then refused."""
+    run = Run()
+    stopped = changed(WELL, position_lost=True)
+    run.step(stopped)
+    run.texts.clear()
+    run.foretold.clear()
+    run.step(changed(stopped, gcs_age_s=100.0))
+    run.step(changed(stopped, gcs_age_s=100.0), 61.0)
+    assert [text for _, text in run.texts if "lost" in text] == ["Ground station lost (stopped: position lost)"] * 2
+    assert run.foretold == []
+    run.step(stopped)
+    run.step(stopped, 11.0)
+    assert run.texts[-1][1] == "Ground station is back (stopped: position lost)"
+
+
+@pytest.mark.parametrize("name", ["fence_breach", "battery_critical", "battery_empty"])
+def test_a_boat_that_was_disarmed_is_not_told_that_all_is_well_and_armed_again_it_is_told_anew(name):
+    """ "The boat is inside the fence again: holding" was told 35 m outside, disarmed; and nothing when she was armed there again."""
+    run, cause = Run(), raised(name)
+    run.step(cause)
+    run.step(cause, 10.0)
+    told = len(run.texts)
+    off = changed(cause, armed=False)
+    run.step(off)
+    run.step(off, 30.0)
+    assert len(run.texts) == told
+    run.step(changed(cause, operator_arm=True))
+    run.step(cause, 10.0)
+    assert len(run.texts) == told + 1
+
+
+@pytest.mark.parametrize("name", ["gcs_lost", "radio_lost"])
+def test_a_silent_station_is_not_back_because_the_boat_was_disarmed(name):
+    run, cause = Run(), raised(name)
+    run.step(cause)
+    told = [text for _, text in run.texts]
+    off = changed(cause, armed=False)
+    run.step(off)
+    run.step(off, 30.0)
+    assert [text for _, text in run.texts] == told
+
+
+def test_a_return_begins_again_when_the_fence_has_let_go():
+    run, critical = Run(), changed(WELL, battery_critical=True)
+    run.step(critical)
+    assert run.step(critical, 6.0) is Action.RETURN
+    assert run.step(changed(critical, fence_ahead=True)) is Action.HOLD
+    assert run.step(critical, 4.0) is Action.HOLD, "the way is not off yet"
+    assert run.step(critical, 2.0) is Action.HOLD
+    assert run.step(critical, 3.0) is Action.RETURN
+    assert run.step(changed(critical, return_shut_off=True), 60.0) is Action.HOLD

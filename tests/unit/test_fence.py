@@ -7,7 +7,8 @@ import math
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from companion.core.guard.fence import Fence, FenceConfig, FenceDisc, Polygon, build_region
+from companion.core.guard.fence import Fence, FenceConfig
+from companion.core.guard.fence_region import FenceDisc, Polygon, build_region
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import EstimatedState, FenceArea, Severity
 

@@ -86,7 +86,7 @@ def gathered(
     sensed = Sensed(0, 0.05, inputs, EstimatedState(0), board=BoardReport(board or BoardFlags()))
     water = GuardOutput(GuardState.OK, 9.0, 9.0, 4.0, flags=depth or DepthFlags())
     guarded = Guarded(water, FenceOutput(FenceStatus(), fence or FenceFlags()), seen or MonitorFlags())
-    return flags_of(vessel, sensed, Pursuit(guided=guided), guarded)
+    return flags_of(vessel, sensed, Pursuit(guided=guided), guarded, at_the_fence=False)
 
 
 FAULTS = {
@@ -156,7 +156,8 @@ def test_a_board_that_never_was_there_is_not_lost():
 
 def test_every_flag_has_been_looked_at():
     by_mode = {"autonomous", "manual", "manual_age_s"}
-    assert HOME.keys() == BY_CAUSE.keys() | by_mode
+    asked_at_the_fence = {"return_shut_off"}  # tests/scenario/test_fence_voyages.py
+    assert HOME.keys() == BY_CAUSE.keys() | by_mode | asked_at_the_fence
 
 
 def test_the_flags_of_a_mode():

@@ -7,7 +7,7 @@ It holds no state of its own: the memory goes in and comes out, time is an argum
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from types import MappingProxyType
 from typing import Final
 
@@ -15,10 +15,12 @@ from mavlink_bridge.language.messages import Action, Severity
 from mavlink_bridge.language.value import value
 
 from .failsafe_config import FailsafeConfig, Override, Rule, microseconds, reached
+from .failsafe_entry import Entry, acting, clock_us, wanted
 from .failsafe_flags import Flags
 from .failsafe_orders import Order, ends, names
-from .failsafe_row import Clear, Takeover
-from .failsafe_words import BACK, DOING, WAYS, capital, until
+from .failsafe_row import Clear, Condition, Takeover
+from .failsafe_telling import SOON_US, STEADY_US, Done, tell, tell_back
+from .failsafe_words import BACK, until
 
 __all__ = [
     "Entry",
@@ -36,35 +38,9 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """What is remembered of one condition that holds or has acted."""
-
-    since_us: int
-    """When its flag rose."""
-    fired_us: int | None = None
-    """When it acted; None while its delay runs."""
-    gone_us: int | None = None
-    """When its flag fell; None while it stands."""
-    taken: bool = False
-    """An operator has taken over."""
-    escalated: bool = False
-    stands_us: int = 0
-    """Since when the cause stands without a break, from its acting on; the second action's clock runs from here."""
-    stood_us: int = 0
-    """What earlier spells have put on that clock."""
-    told_back: bool = False
-    """That the cause is steadily gone, and what goes on."""
-    told_soon: bool = False
-    """That the second action is near."""
-
-
 _NONE: Final = Action.NONE
-SOON_US: Final = 10_000_000
-"""A second action is told again so long before it comes: time to press a button."""
-STEADY_US: Final = 10_000_000
-"""A cause that stays away for so long is steadily gone: shorter breaks are told as nothing, so that a flapping link does not chatter."""
-_NEVER = Entry(since_us=0)
+_REST_US: Final = 5_000_000
+"""After the fence's stop a return begins again when the way is off: sooner, she would be stopped by what is left of it."""
 
 
 @value
@@ -103,38 +79,68 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
     """The same as ``step`` without its short cut: every row is looked at."""
     required_since_us = _required_since(memory, flags, now_us)
     flags = _count_from_requirement(flags, required_since_us, now_us, config)
-    entries: dict[str, Entry] = {}
-    texts: list[tuple[Severity, str]] = []
-    causes: list[str] = []
-    action = Action.NONE
     before = memory.entries
+    nobody = _nobody_orders(before, config)
+    moves: list[tuple[Rule, Entry | None, Entry | None]] = []
+    entries: dict[str, Entry] = {}
+    done = Done(Action.NONE)
     for rule in config.rules:
         row = rule.row
         old = before.get(row.name)
         raised = _come(rule, row.age, old, flags) if row.flag is None else row.flag(flags)
         if old is None and not raised:
             continue
-        entry = _advance(rule, old, raised, flags, now_us)
-        _tell(rule, old, entry, flags, texts)
+        if old is not None and raised and _is_met_anew(row, old, flags):
+            old = None
+        entry = _advance(rule, old, raised, flags, now_us, nobody=nobody)
+        moves.append((rule, old, entry))
+        if entry is not None:
+            entries[row.name] = entry
+            if entry.fired_us is not None and (action := acting(rule, entry, flags)) > done.action:
+                done = Done(action, row.text)
+    done = _what_is_done(done, entries, flags, now_us)
+    texts: list[tuple[Severity, str]] = []
+    for rule, old, entry in moves:
+        texts += tell(rule, old, entry, flags, done)
         if entry is not None and entry.gone_us is not None:
-            entry = _tell_back(rule, entry, flags, now_us, texts)
-        if entry is None:
-            continue
-        entries[row.name] = entry
-        if entry.fired_us is not None:
-            causes.append(row.name)
-            action = max(action, acting(rule, entry, flags))
-    if action is Action.RETURN and _bars_the_way(entries, flags):
-        action = Action.HOLD
-    if action in (Action.HOLD, Action.RETURN) and (flags.place.position_lost or flags.place.heading_lost):
-        action = Action.STOP
-    result = FailsafeResult(FailsafeMemory(entries, required_since_us), action, tuple(causes), tuple(texts))
+            entries[rule.row.name], told = tell_back(rule, entry, flags, now_us, done)
+            texts += told
+    causes = tuple(name for name, entry in entries.items() if entry.fired_us is not None)
+    result = FailsafeResult(FailsafeMemory(entries, required_since_us), done.action, causes, tuple(texts))
     return replace(result, thrust_share=config.oscillation_thrust) if "oscillating" in causes else result
 
 
-def _bars_the_way(entries: Mapping[str, Entry], flags: Flags) -> bool:
-    """A return that would lead across the fence waits before it."""
-    return "fence_ahead" in entries and not flags.helm.manual
+def _what_is_done(done: Done, entries: Mapping[str, Entry], flags: Flags, now_us: int) -> Done:
+    """What the worst condition asks for, as far as it can be sailed."""
+    if done.action is Action.RETURN and _bars_the_way(entries.get("fence_ahead"), flags, now_us):
+        done = Done(Action.HOLD, "fence ahead")
+    if done.action in (Action.HOLD, Action.RETURN) and (flags.place.position_lost or flags.place.heading_lost):
+        done = Done(Action.STOP, "position lost" if flags.place.position_lost else "heading lost")
+    return done
+
+
+def _bars_the_way(fence: Entry | None, flags: Flags, now_us: int) -> bool:
+    """A return that leads across the fence waits before it; any other only until the vessel that was stopped there has come to rest."""
+    if fence is None or flags.helm.manual:
+        return False
+    return flags.helm.return_shut_off or fence.gone_us is None or now_us - fence.gone_us < _REST_US
+
+
+def _nobody_orders(entries: Mapping[str, Entry], config: FailsafeConfig) -> bool:
+    """Whether the station has been silent for so long that the vessel is to return: what waits for its order waits for ever."""
+    return any(
+        rule.row.station
+        and (entry := entries.get(rule.row.name)) is not None
+        and entry.gone_us is None
+        and wanted(rule, entry) is Action.RETURN
+        and entry.escalated
+        for rule in config.rules
+    )
+
+
+def _is_met_anew(row: Condition, old: Entry, flags: Flags) -> bool:
+    """Whether a vessel that is armed meets what stood before she was disarmed: it is told again, and who took over then has not now."""
+    return flags.ground.operator_arm and row.stands is not None and old.gone_us is not None
 
 
 def _required_since(memory: FailsafeMemory, flags: Flags, now_us: int) -> int | None:
@@ -169,7 +175,7 @@ def _come(rule: Rule, age: Callable[[Flags], float | None] | None, old: Entry | 
     return age_s is not None and reached(age_s, rule.delay_us if old is None else rule.again_us)
 
 
-def _advance(rule: Rule, old: Entry | None, raised: bool, flags: Flags, now_us: int) -> Entry | None:
+def _advance(rule: Rule, old: Entry | None, raised: bool, flags: Flags, now_us: int, *, nobody: bool) -> Entry | None:
     """Return what is remembered after this tick; None = nothing (never acted, or cleared)."""
     if raised:
         entry = Entry(now_us) if old is None else _stands(rule, old, flags, now_us)
@@ -178,7 +184,7 @@ def _advance(rule: Rule, old: Entry | None, raised: bool, flags: Flags, now_us: 
         if old.fired_us is None:
             return None
         entry = old if old.gone_us is not None else _gone(old, now_us)
-        if _cleared(rule, entry, flags, now_us):
+        if _cleared(rule, entry, flags, now_us) or (nobody and _ends_alone(rule, entry, now_us)):
             return None
     if entry.fired_us is None:
         due = rule.row.age is not None or now_us - entry.since_us >= rule.delay_us
@@ -202,11 +208,6 @@ def _gone(old: Entry, now_us: int) -> Entry:
     return replace(old, gone_us=now_us, stood_us=clock_us(old, now_us))
 
 
-def clock_us(entry: Entry, now_us: int) -> int:
-    """How long the cause has stood since it acted: all its spells together."""
-    return entry.stood_us + (now_us - entry.stands_us if entry.gone_us is None else 0)
-
-
 def _continue(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> Entry:
     arming = Order.ARM if flags.ground.operator_arm else None
     if ends(rule.row.name, flags.ground.operator_order) or ends(rule.row.name, arming):
@@ -220,80 +221,21 @@ def _continue(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> Entry:
     return entry
 
 
+def _ends_alone(rule: Rule, entry: Entry, now_us: int) -> bool:
+    """Whether a condition whose cause is steadily gone ends where there is nobody to order it."""
+    assert entry.gone_us is not None
+    return rule.row.ends_alone and now_us - entry.gone_us >= max(rule.clear_us, STEADY_US)
+
+
 def _cleared(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> bool:
     assert entry.gone_us is not None
     if now_us - entry.gone_us < rule.clear_us:
         return False
-    if rule.row.clear is Clear.GONE or (rule.row.clear is Clear.ACTED and _wanted(rule, entry) <= Action.WARN):
+    if rule.row.clear is Clear.GONE or (rule.row.clear is Clear.ACTED and wanted(rule, entry) <= Action.WARN):
         return True
     if rule.row.clear in (Clear.OPERATOR, Clear.ACTED):
         return entry.taken or flags.ground.operator_order is not None or flags.ground.operator_arm
     return rule.row.clear is Clear.REARM and flags.ground.operator_arm
-
-
-def _wanted(rule: Rule, entry: Entry) -> Action:
-    return rule.then_action if entry.escalated else rule.action
-
-
-def acting(rule: Rule, entry: Entry, flags: Flags) -> Action:
-    """What a condition that has acted asks for now."""
-    action = _wanted(rule, entry)
-    by_hand = flags.helm.manual and rule.row.takeover is not Takeover.NEVER
-    on_its_way = flags.helm.return_ordered and rule.row.station
-    return min(action, Action.WARN) if entry.taken or by_hand or on_its_way else action
-
-
-def _tell(rule: Rule, old: Entry | None, entry: Entry | None, flags: Flags, texts: list[tuple[Severity, str]]) -> None:
-    """Say what has begun, with what is done about it: with the sticks in an operator's hand that may be nothing."""
-    row, before = rule.row, old or _NEVER
-    if entry is None:
-        if before.fired_us is not None and not (row.stands is not None and row.stands(flags)):
-            texts.append((Severity.INFO, f"Over: {row.text}"))
-        return
-    action = acting(rule, entry, flags)
-    fires = entry.fired_us is not None and before.fired_us is None
-    grows = entry.escalated and not before.escalated
-    if fires or grows:
-        texts.append((Severity.CRITICAL if grows else row.severity, _sentence(row.text, action)))
-        _foretell(rule, entry, action, flags, texts)
-    if entry.told_soon and not before.told_soon and not entry.escalated and action is rule.action:
-        texts.append((Severity.WARNING, f"{rule.then_action.name} in {SOON_US // 1_000_000} s: {row.text}"))
-    if entry.taken and not before.taken:
-        texts.append((Severity.WARNING, f"Operator takes over: {row.text}"))
-
-
-def _foretell(rule: Rule, entry: Entry, action: Action, flags: Flags, texts: list[tuple[Severity, str]]) -> None:
-    """Say what comes next and what ends it, of whatever does more than warn or will."""
-    if action < _wanted(rule, entry):
-        return
-    end = until(rule.row, flags.helm.resume)
-    if rule.then_us is not None and not entry.escalated:
-        texts.append((Severity.WARNING, f"{rule.then_action.name} in {rule.then_us / 1e6:g} s; {end}"))
-    elif end:
-        texts.append((Severity.INFO, capital(end)))
-
-
-def _tell_back(rule: Rule, entry: Entry, flags: Flags, now_us: int, texts: list[tuple[Severity, str]]) -> Entry:
-    """Say once that a cause is steadily gone, what the vessel does meanwhile, and which order goes on."""
-    assert entry.gone_us is not None
-    way, stands = WAYS.get(rule.row.clear), rule.row.stands
-    if stands is not None and stands(flags):
-        return entry
-    if entry.told_back or way is None or now_us - entry.gone_us < max(rule.clear_us, STEADY_US):
-        return entry
-    action = acting(rule, entry, flags)
-    if action is _wanted(rule, entry):
-        clock = ""
-        if rule.then_us is not None and not entry.escalated:
-            clock = f"clock stopped at {entry.stood_us // 1_000_000} of {rule.then_us / 1e6:g} s, "
-        order = way.format(flags.helm.resume or "Auto")
-        texts.append((Severity.INFO, f"{capital(BACK[rule.row.name])}: {clock}{DOING[action]}: {order} to go on"))
-    return replace(entry, told_back=True)
-
-
-def _sentence(text: str, action: Action) -> str:
-    body = capital(text)
-    return body if action is Action.WARN else f"{body}: {action.name}"
 
 
 def holding(memory: FailsafeMemory, config: FailsafeConfig) -> tuple[str, ...]:
@@ -303,7 +245,7 @@ def holding(memory: FailsafeMemory, config: FailsafeConfig) -> tuple[str, ...]:
         entry = memory.entries.get(rule.row.name)
         if entry is None or entry.fired_us is None or entry.gone_us is not None or entry.taken:
             continue
-        if _wanted(rule, entry) >= Action.STOP:
+        if wanted(rule, entry) >= Action.STOP:
             standing.append(rule.row.name)
     return tuple(standing)
 
@@ -324,10 +266,10 @@ def barring(
             continue
         insist = f"; {by_hand}" if by_hand and row.takeover is not Takeover.NEVER else ""
         if row.takeover is Takeover.ORDER:
-            if _bars(row.name, entry, order) and _wanted(rule, entry) > Action.WARN:
+            if _bars(row.name, entry, order) and wanted(rule, entry) > Action.WARN:
                 return f"{row.text}: order {names(row.name)}{insist}"
             continue
-        if _wanted(rule, entry) not in (Action.HOLD, Action.STOP):
+        if wanted(rule, entry) not in (Action.HOLD, Action.STOP):
             continue
         if row.clear is Clear.REARM:
             return f"{row.text}: arm again first"
@@ -347,7 +289,7 @@ def deaf_sticks(memory: FailsafeMemory, config: FailsafeConfig) -> str:
         row, entry = rule.row, memory.entries.get(rule.row.name)
         if entry is None or entry.fired_us is None or row.takeover is not Takeover.NEVER or _is_of_the_mode(rule):
             continue
-        if _wanted(rule, entry) >= Action.HOLD:
+        if wanted(rule, entry) >= Action.HOLD:
             return until(row, "")
     return ""
 

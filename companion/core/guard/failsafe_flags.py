@@ -20,6 +20,9 @@ from .fence import FenceFlags
 from .monitors import MonitorFlags
 from .propulsion import ThrustFlags
 
+SILENT_S: Final = 2.5
+"""As long as it takes to call a ground station silent."""
+
 
 @value
 class HelmFlags:
@@ -36,6 +39,8 @@ class HelmFlags:
     """Since the last streamed set-point; None when nothing is streamed."""
     return_ordered: bool = False
     """The mode in force is a return that an operator ordered."""
+    return_shut_off: bool = False
+    """The straight way back leads across the fence. Asked only of a vessel that the fence has stopped."""
     resume: str = ""
     """The mode that a failsafe broke off, by the name that stations show; "" = none."""
 
@@ -128,3 +133,28 @@ def flags_of(**named: Any) -> Flags:
 def now(flags: Flags, name: str) -> Any:
     """Return the flag of this name. ``KeyError``: no such flag."""
     return getattr(getattr(flags, HOME[name]), name)
+
+
+def gcs_age(flags: Flags) -> float | None:
+    """How long an armed vessel has heard no ground station that it needs, s; None = it is not asked."""
+    return flags.ground.gcs_age_s if flags.helm.armed and flags.ground.gcs_required else None
+
+
+def radio_age(flags: Flags) -> float | None:
+    """The same of one over the radio."""
+    return flags.ground.radio_age_s if flags.helm.armed and flags.ground.gcs_required else None
+
+
+def gcs_silent(flags: Flags) -> bool:
+    """Whether the ground station is silent though that is not judged: the vessel is not armed."""
+    return not flags.helm.armed and (flags.ground.gcs_age_s or 0.0) > SILENT_S
+
+
+def radio_silent(flags: Flags) -> bool:
+    """The same of one over the radio."""
+    return not flags.helm.armed and (flags.ground.radio_age_s or 0.0) > SILENT_S
+
+
+def autonomous(flags: Flags) -> bool:
+    """Whether an armed vessel steers itself."""
+    return flags.helm.armed and flags.helm.autonomous

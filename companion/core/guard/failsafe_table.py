@@ -13,21 +13,8 @@ from typing import Final
 
 from mavlink_bridge.language.messages import Action, Severity
 
-from .failsafe_flags import Flags
+from .failsafe_flags import SILENT_S, autonomous, gcs_age, gcs_silent, radio_age, radio_silent
 from .failsafe_row import Clear, Condition, Takeover
-
-
-def _gcs_age(flags: Flags) -> float | None:
-    return flags.ground.gcs_age_s if flags.helm.armed and flags.ground.gcs_required else None
-
-
-def _radio_age(flags: Flags) -> float | None:
-    return flags.ground.radio_age_s if flags.helm.armed and flags.ground.gcs_required else None
-
-
-def _autonomous(flags: Flags) -> bool:
-    return flags.helm.armed and flags.helm.autonomous
-
 
 W, H, R, S, D, T = Action.WARN, Action.HOLD, Action.RETURN, Action.STOP, Action.DISARM, Action.TERMINATE
 OPERATOR, REARM, GONE, RESTART = Clear.OPERATOR, Clear.REARM, Clear.GONE, Clear.RESTART
@@ -51,12 +38,13 @@ def _of_place(name: str, cause: str) -> Condition:
         name,
         S,
         cause,
-        lambda f: stands(f) and _autonomous(f),
+        lambda f: stands(f) and autonomous(f),
         stands=stands,
         clear_s=5.0,
         takeover=Takeover.MANUAL,
         floor=S,
         delay_max_s=2,
+        ends_alone=True,
     )
 
 
@@ -132,7 +120,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "depth_ahead",
         S,
         "shallow water ahead",
-        lambda f: f.depth.depth_ahead and _autonomous(f),
+        lambda f: f.depth.depth_ahead and autonomous(f),
         takeover=Takeover.MANUAL,
         floor=H,
         delay_max_s=0,
@@ -150,7 +138,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "depth_blind",
         S,
         "water depth unknown",
-        lambda f: f.depth.depth_blind and _autonomous(f),
+        lambda f: f.depth.depth_blind and autonomous(f),
         takeover=Takeover.MANUAL,
         delay_max_s=30,
     ),
@@ -158,7 +146,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         "fence_ahead",
         H,
         "fence ahead",
-        lambda f: f.fence.fence_ahead and _autonomous(f),
+        lambda f: f.fence.fence_ahead and autonomous(f),
         takeover=Takeover.MANUAL,
         floor=H,
         delay_max_s=0,
@@ -168,6 +156,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         H,
         "outside the fence",
         lambda f: f.fence.fence_breach and f.helm.armed,
+        stands=attrgetter("fence.fence_breach"),
         takeover=Takeover.ORDER,
         floor=W,
         delay_max_s=0.5,
@@ -197,7 +186,8 @@ TABLE: Final[tuple[Condition, ...]] = (
         "gcs_lost",
         H,
         "ground station lost",
-        age=_gcs_age,
+        age=gcs_age,
+        stands=gcs_silent,
         delay_s=5.0,
         takeover=Takeover.MANUAL,
         then_after_s=60.0,
@@ -208,7 +198,8 @@ TABLE: Final[tuple[Condition, ...]] = (
         "radio_lost",
         H,
         "ground station lost over the radio",
-        age=_radio_age,
+        age=radio_age,
+        stands=radio_silent,
         delay_s=65.0,
         takeover=Takeover.MANUAL,
         delay_max_s=3600,
@@ -220,8 +211,9 @@ TABLE: Final[tuple[Condition, ...]] = (
         "gcs_degraded",
         W,
         "ground station silent",
-        age=_gcs_age,
-        delay_s=2.5,
+        age=gcs_age,
+        stands=gcs_silent,
+        delay_s=SILENT_S,
         clear=GONE,
         severity=Severity.WARNING,
     ),
@@ -269,6 +261,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         S,
         "battery empty",
         lambda f: f.monitors.battery_empty and f.helm.armed,
+        stands=attrgetter("monitors.battery_empty"),
         delay_s=5.0,
         takeover=Takeover.ORDER,
         delay_max_s=30,
@@ -278,6 +271,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         R,
         "battery critical",
         lambda f: f.monitors.battery_critical and f.helm.armed,
+        stands=attrgetter("monitors.battery_critical"),
         delay_s=5.0,
         takeover=Takeover.ORDER,
         delay_max_s=60,

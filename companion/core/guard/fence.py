@@ -2,8 +2,7 @@
 
 The way that stopping still takes is laid along the course over ground, where a vessel with thrust cut and rudders
 centred goes; when it reaches the edge (less a margin), the fence asks for a stop. So the border is not crossed, where
-an autopilot that acts on crossing overshoots by its stopping distance. Geometry is plane, in metres north and east of
-the run's origin.
+an autopilot that acts on crossing overshoots by its stopping distance.
 """
 
 from __future__ import annotations
@@ -23,6 +22,7 @@ from mavlink_bridge.language.value import value
 
 from ..config import Config, param
 from ..hull.handling import TURN_S
+from .fence_region import Region, build_region
 
 _BREACH_BOUNDARY: Final = 3
 """FENCE_BREACH_BOUNDARY."""
@@ -38,6 +38,12 @@ _LOOK_TICKS: Final = 10
 """Ticks between two looks so far ahead: twice a second."""
 _NEAR_M: Final = 0.25
 """The march has come to the edge: nearer than any receiver tells, and each further step would be shorter still."""
+_AGAIN_US: Final = 10_000_000
+"""What is told again sooner than this says nothing new: a vessel that lies on the edge is set to and fro across it."""
+_INSIDE_M: Final = 0.5
+"""And she is inside again for a person when no wave sets her out."""
+_OPENS: Final = 0.2
+"""A way that leads from the edge by this share of its length leads inward: twelve degrees, more than a course wavers."""
 _STEPS: Final = 24
 """Steps of the march to the edge; each is as long as the water is clear, so a straight course needs two or three."""
 
@@ -81,83 +87,6 @@ class FenceOutput:
     texts: tuple[tuple[Severity, str], ...] = ()
 
 
-class FenceDisc:
-    """A disc in the plane."""
-
-    def __init__(self, centre: NorthEast, radius_m: float) -> None:
-        self.centre = centre
-        self.radius_m = radius_m
-
-    def inside_m(self, point: NorthEast) -> float:
-        """Distance to the edge, m, positive inside."""
-        return self.radius_m - math.hypot(point[0] - self.centre[0], point[1] - self.centre[1])
-
-
-class Polygon:
-    """A simple or self-crossing polygon (even-odd rule), closed by itself."""
-
-    def __init__(self, vertices: Sequence[NorthEast]) -> None:
-        edges = ((vertices[i - 1], vertices[i]) for i in range(len(vertices)))
-        self._edges = [(*begin, end[1], end[0] - begin[0], end[1] - begin[1]) for begin, end in edges]
-
-    def inside_m(self, point: NorthEast) -> float:
-        """Distance to the nearest edge, m, positive inside."""
-        north, east = point
-        inside = False
-        nearest2 = math.inf
-        for n1, e1, e2, dn, de in self._edges:
-            n, e = north - n1, east - e1
-            if (e1 > east) != (e2 > east) and north < n1 + dn * e / de:
-                inside = not inside
-            length2 = dn * dn + de * de
-            share = 0.0 if length2 == 0.0 else (n * dn + e * de) / length2
-            if share < 0.0:
-                share = 0.0
-            elif share > 1.0:
-                share = 1.0
-            n -= share * dn
-            e -= share * de
-            distance2 = n * n + e * e
-            if distance2 < nearest2:
-                nearest2 = distance2
-        return math.sqrt(nearest2) if inside else -math.sqrt(nearest2)
-
-
-Shape = FenceDisc | Polygon
-
-
-class Region:
-    """Where the vessel may be: a signed distance that changes by at most one metre per metre."""
-
-    def __init__(self, inclusions: Sequence[Shape], exclusions: Sequence[Shape], union: bool) -> None:
-        self._inclusions = inclusions
-        self._exclusions = exclusions
-        self._union = union
-
-    def inside_m(self, point: NorthEast) -> float:
-        """Distance to the nearest edge, m, positive where the vessel may be."""
-        inside = [shape.inside_m(point) for shape in self._inclusions]
-        allowed_m = (max(inside) if self._union else min(inside)) if inside else math.inf
-        for shape in self._exclusions:
-            outside_m = -shape.inside_m(point)
-            if outside_m < allowed_m:
-                allowed_m = outside_m
-        return allowed_m
-
-
-def build_region(areas: Sequence[FenceArea], frame: LocalFrame, union: bool = False) -> Region:
-    """Lay fence areas into the plane about ``frame``'s origin."""
-    inclusions: list[Shape] = []
-    exclusions: list[Shape] = []
-    for area in areas:
-        if area.centre_rad is not None:
-            shape: Shape = FenceDisc(frame.to_local(*area.centre_rad), area.radius_m or 0.0)
-        else:
-            shape = Polygon([frame.to_local(lat, lon) for lat, lon in area.vertices_rad])
-        (inclusions if area.inclusion else exclusions).append(shape)
-    return Region(inclusions, exclusions, union)
-
-
 class Fence:
     """The loaded areas, whether they count, and the breach counter."""
 
@@ -169,7 +98,11 @@ class Fence:
         self._origin: LatLon | None = None
         self._status = FenceStatus()
         self._asked = ""
-        """What was told when the fence began to ask for a stop; empty while it does not."""
+        """What was told when the fence last asked for a stop."""
+        self._asked_us = 0
+        """When it last did."""
+        self._told_out = False
+        """That the vessel is outside is told, and not yet that she is inside again."""
         self._told = False
         self._stops_in_m: float | None = None
         self._looks = 0
@@ -238,6 +171,23 @@ class Fence:
         short_m = self._margin_m - min(map(region.inside_m, _along(there, ends[0]) + _along(there, ends[1])))
         return short_m if short_m > 0.0 else None
 
+    def crosses(self, state: EstimatedState, place: LatLon) -> bool:
+        """Whether the straight way from here to a place leads out of the fence that acts; from outside: out again."""
+        region = self._laid_out(state) if self.enabled else None
+        if region is None or self._origin is None or state.x_m is None or state.y_m is None:
+            return False
+        there = LocalFrame(*self._origin).to_local(*place)
+        way = NorthEast((there[0] - state.x_m, there[1] - state.y_m))
+        way_m, gone_m, was_inside = math.hypot(*way), 0.0, False
+        while gone_m < way_m:
+            share = gone_m / way_m
+            inside_m = region.inside_m(NorthEast((state.x_m + share * way[0], state.y_m + share * way[1])))
+            if was_inside and inside_m < 0.0:
+                return True
+            was_inside = was_inside or inside_m >= 0.0
+            gone_m += max(abs(inside_m), _SAMPLE_M)
+        return was_inside and region.inside_m(there) < 0.0
+
     def check(
         self,
         state: EstimatedState,
@@ -261,10 +211,11 @@ class Fence:
         stop = inside_m >= 0.0 and self._must_stop(
             region, here, inside_m, state=state, stopping_distance_m=stopping_distance_m
         )
-        asks = (BY_HAND if by_hand else STOPPING) if stop else ""
-        if asks and asks != self._asked:
-            texts.append((Severity.WARNING, f"Fence in {inside_m:.1f} m: {asks}"))
-        self._asked = asks
+        if stop:
+            asks = BY_HAND if by_hand else STOPPING
+            if asks != self._asked or state.t_us - self._asked_us > _AGAIN_US:
+                texts.append((Severity.WARNING, f"Fence in {inside_m:.1f} m: {asks}"))
+            self._asked, self._asked_us = asks, state.t_us
         ahead_m = None if stop or inside_m < 0.0 else straight_m
         texts += self._foretell(region, here, state, stopping_distance_m, straight_m=ahead_m, by_hand=by_hand)
         return FenceOutput(self._status, FenceFlags(stop, self._status.breached), tuple(texts))
@@ -336,9 +287,12 @@ class Fence:
         count, since_us = old.breach_count, old.breach_t_us if breached else 0
         if breached and not old.breached:
             count, since_us = count + 1, t_us
-            texts.append((Severity.CRITICAL, f"Outside the fence by {-inside_m:.1f} m"))
-        elif old.breached and not breached:
+            if not self._told_out:
+                texts.append((Severity.CRITICAL, f"Outside the fence by {-inside_m:.1f} m"))
+            self._told_out = True
+        elif self._told_out and inside_m > _INSIDE_M:
             texts.append((Severity.INFO, "Inside the fence again"))
+            self._told_out = False
         kind = _BREACH_BOUNDARY if breached else 0
         self._status = FenceStatus(breached, count, kind, since_us, None if math.isinf(inside_m) else inside_m)
 
@@ -361,9 +315,17 @@ class Fence:
         margin_m = self._margin_m
         if inside_m > run_m + math.hypot(*set_by) + margin_m:
             return False
-        way = _along(here, run)
-        way += _along(way[-1], set_by)
-        return min(map(region.inside_m, way)) < min(margin_m, inside_m)
+        way, least_m = _along(here, run), min(margin_m, inside_m)
+        if min(map(region.inside_m, way)) < least_m:
+            return True
+        end_m = min(map(region.inside_m, _along(way[-1], set_by)))
+        if end_m >= least_m:
+            return False
+        # A vessel that makes way inward against wind and current is set out by them when she stops, and the farther in the later.
+        later = NorthEast(
+            (way[-1][0] + _SAMPLE_M * math.cos(course_rad), way[-1][1] + _SAMPLE_M * math.sin(course_rad))
+        )
+        return min(map(region.inside_m, _along(later, set_by))) < end_m + _OPENS * _SAMPLE_M
 
     def _laid_out(self, state: EstimatedState) -> Region | None:
         if not self._areas or state.origin_lat_rad is None or state.origin_lon_rad is None:

@@ -5,27 +5,34 @@ from __future__ import annotations
 from mavlink_bridge.language.messages import Action
 from mavlink_bridge.language.snapshot import Outlook
 
-from .failsafe import FailsafeMemory, acting, clock_us
+from .failsafe import FailsafeMemory
 from .failsafe_config import FailsafeConfig
+from .failsafe_entry import acting, clock_us
 from .failsafe_flags import Flags
 from .failsafe_words import SHORT, until
 
 
-def outlook(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeConfig) -> tuple[Outlook, ...]:
-    """Return what is to be told of each condition that acts or warns, most urgent first."""
+def outlook(
+    memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeConfig, done: Action | None = None
+) -> tuple[Outlook, ...]:
+    """Return what is to be told of each condition that acts or warns, most urgent first.
+
+    ``done``: what the vessel does; of a condition that asks for something else nothing is said to be done. None = what each asks.
+    """
     found = []
     for rule in config.rules if memory.entries else ():
         entry = memory.entries.get(rule.row.name)
         if entry is None or entry.fired_us is None:
             continue
         action = acting(rule, entry, flags)
+        is_done = done is None or action in (Action.WARN, done)
         grows = rule.then_us is not None and not (entry.escalated or entry.taken) and action is rule.action
         left_s = (rule.then_us - clock_us(entry, now_us)) * 1e-6 if grows and rule.then_us is not None else None
         found.append(
             Outlook(
                 name=rule.row.name,
                 cause=rule.row.text,
-                doing="" if entry.taken else SHORT[action],
+                doing=SHORT[action] if is_done and not entry.taken else "",
                 next_action=rule.then_action if grows else Action.NONE,
                 next_in_s=left_s,
                 runs=entry.gone_us is None,

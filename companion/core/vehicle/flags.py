@@ -15,11 +15,12 @@ _SOUND: Final = PlanFlags()
 _INVALID: Final = PlanFlags(plan_invalid=True)
 
 
-def flags_of(controls: Controls, sensed: Sensed, course: Pursuit, guarded: Guarded) -> Flags:
-    """Return this tick's flags."""
+def flags_of(controls: Controls, sensed: Sensed, course: Pursuit, guarded: Guarded, *, at_the_fence: bool) -> Flags:
+    """Return this tick's flags. ``at_the_fence``: it has stopped the vessel, and no order has come since."""
     parts = controls.parts
+    shut_off = at_the_fence and parts.mission.havens.is_shut_off(sensed.state)
     return Flags(
-        helm=_helm(controls, sensed.now_us),
+        helm=_helm(controls, sensed.now_us, return_shut_off=shut_off),
         ground=_ground(controls, sensed),
         stop=StopFlags(terminate=controls.terminating, aborted=controls.decided.aborted),
         process=sensed.inputs.process,
@@ -34,7 +35,7 @@ def flags_of(controls: Controls, sensed: Sensed, course: Pursuit, guarded: Guard
     )
 
 
-def _helm(controls: Controls, now_us: int) -> HelmFlags:
+def _helm(controls: Controls, now_us: int, *, return_shut_off: bool) -> HelmFlags:
     navigator = controls.parts.navigator
     by_hand = navigator.mode is Mode.MANUAL
     wait_s = navigator.stick_wait_s(now_us) if by_hand else None
@@ -45,6 +46,7 @@ def _helm(controls: Controls, now_us: int) -> HelmFlags:
         manual_age_s=wait_s,
         guided_age_s=navigator.guided_age_s(now_us),
         return_ordered=controls.returns_by_order and navigator.mode is Mode.RTL,
+        return_shut_off=return_shut_off,
         resume=controls.goes_on_with,
     )
 

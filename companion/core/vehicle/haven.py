@@ -69,6 +69,11 @@ class Havens:
             places.append(Haven(HOME, home, inverse(*here, *home)[0]))
         return min(places, key=lambda place: place.away_m, default=None)
 
+    def is_shut_off(self, state: EstimatedState) -> bool:
+        """Whether the straight way to where Return leads goes across the fence."""
+        place = self.nearest(state)
+        return place is not None and self._fence is not None and self._fence.crosses(state, place.point)
+
     def step(self, now_us: int, state: EstimatedState) -> tuple[Severity, str] | None:
         """Look at rally points that were loaded, or that another fence stands about; return a text when one is passed over."""
         if not state.position_valid:

@@ -285,24 +285,25 @@ class Vehicle:
     def _judge(self, sensed: Sensed, course: Pursuit, guarded: Guarded, before: Ticked) -> FailsafeVerdict:
         """Let the failsafe judge, and change mode as it asks."""
         controls, config, now_us = self.controls, self.controls.config.failsafe, sensed.now_us
-        flags = flags_of(controls, sensed, course, guarded)
-        result = failsafe.step(before.verdict.result.memory, flags, now_us, config)
+        memory = before.verdict.result.memory
+        flags = flags_of(controls, sensed, course, guarded, at_the_fence="fence_ahead" in memory.entries)
+        result = failsafe.step(memory, flags, now_us, config)
         verdict = FailsafeVerdict(
-            result, outlook(result.memory, flags, now_us, config) if result.memory.entries else ()
+            result, outlook(result.memory, flags, now_us, config, result.action) if result.memory.entries else ()
         )
         controls.voice.say_all(result.texts)
         controls.decided = Decided()
         if result.action > Action.WARN:
-            self._react(verdict, before.verdict.result.action)
+            self._react(verdict, before.verdict.result.action, by_hand=flags.helm.manual)
         return verdict
 
-    def _react(self, verdict: FailsafeVerdict, before: Action) -> None:
-        """Change mode as the failsafe asks. Manual is the operator's: thrust may be taken away, the mode not."""
+    def _react(self, verdict: FailsafeVerdict, before: Action, *, by_hand: bool) -> None:
+        """Change mode as the failsafe asks. With sticks in an operator's hand thrust may be taken away, the mode not."""
         controls, action = self.controls, verdict.result.action
         if action >= Action.DISARM and controls.armed:
             controls.disarm(", ".join(each.cause for each in verdict.outlook))
         mode = self.parts.navigator.mode
-        if mode is Mode.MANUAL:
+        if by_hand:
             return
         if action in (Action.HOLD, Action.STOP) and mode is not Mode.HOLD:
             controls.break_off()

@@ -1,0 +1,98 @@
+"""What an operator is told when a failsafe condition begins, grows and is gone: what the vessel does, whatever that row alone asks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Final
+
+from mavlink_bridge.language.messages import Action, Severity
+
+from .failsafe_config import Rule
+from .failsafe_entry import Entry, acting, wanted
+from .failsafe_flags import Flags
+from .failsafe_words import BACK, DOING, SHORT, WAYS, capital, until
+
+SOON_US: Final = 10_000_000
+"""A second action is told again so long before it comes: time to press a button."""
+STEADY_US: Final = 10_000_000
+"""A cause that stays away for so long is steadily gone: shorter breaks are told as nothing, so that a flapping link does not chatter."""
+_NEVER: Final = Entry(since_us=0)
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """What the vessel does, whatever a single row asks."""
+
+    action: Action
+    why: str = ""
+    """The cause that asks for it, in words."""
+
+    def instead_of(self, action: Action) -> str:
+        """In brackets, what is done instead of what a row asks: "stopped: position lost"; "" = just that is done."""
+        if action is self.action or min(action, self.action) <= Action.WARN:
+            return ""
+        return f"{SHORT[self.action]}: {self.why}"
+
+
+def tell(rule: Rule, old: Entry | None, entry: Entry | None, flags: Flags, done: Done) -> list[tuple[Severity, str]]:
+    """Say what has begun, with what is done about it: with the sticks in an operator's hand that may be nothing."""
+    row, before = rule.row, old or _NEVER
+    texts: list[tuple[Severity, str]] = []
+    if entry is None:
+        if before.fired_us is not None and not (row.stands is not None and row.stands(flags)):
+            texts.append((Severity.INFO, f"Over: {row.text}"))
+        return texts
+    action = acting(rule, entry, flags)
+    instead = done.instead_of(action)
+    fires = entry.fired_us is not None and before.fired_us is None
+    grows = entry.escalated and not before.escalated
+    if fires or grows:
+        texts.append((Severity.CRITICAL if grows else row.severity, _sentence(row.text, action, instead)))
+        if not instead:
+            texts += _foretold(rule, entry, action, flags)
+    if entry.told_soon and not before.told_soon and not entry.escalated and action is rule.action and not instead:
+        texts.append((Severity.WARNING, f"{rule.then_action.name} in {SOON_US // 1_000_000} s: {row.text}"))
+    if entry.taken and not before.taken:
+        texts.append((Severity.WARNING, f"Operator takes over: {row.text}"))
+    return texts
+
+
+def _foretold(rule: Rule, entry: Entry, action: Action, flags: Flags) -> list[tuple[Severity, str]]:
+    """What comes next and what ends it, of whatever does more than warn or will."""
+    if action < wanted(rule, entry):
+        return []
+    end = until(rule.row, flags.helm.resume)
+    if rule.then_us is not None and not entry.escalated:
+        return [(Severity.WARNING, f"{rule.then_action.name} in {rule.then_us / 1e6:g} s; {end}")]
+    return [(Severity.INFO, capital(end))] if end else []
+
+
+def tell_back(
+    rule: Rule, entry: Entry, flags: Flags, now_us: int, done: Done
+) -> tuple[Entry, list[tuple[Severity, str]]]:
+    """Say once that a cause is steadily gone, what the vessel does meanwhile, and which order goes on."""
+    assert entry.gone_us is not None
+    way, stands = WAYS.get(rule.row.clear), rule.row.stands
+    if stands is not None and stands(flags):
+        return entry, []
+    if entry.told_back or way is None or now_us - entry.gone_us < max(rule.clear_us, STEADY_US):
+        return entry, []
+    entry = replace(entry, told_back=True)
+    action = acting(rule, entry, flags)
+    if action is not wanted(rule, entry):
+        return entry, []
+    instead, back = done.instead_of(action), capital(BACK[rule.row.name])
+    if instead:
+        return entry, [(Severity.INFO, f"{back} ({instead})")]
+    clock = ""
+    if rule.then_us is not None and not entry.escalated:
+        clock = f"clock stopped at {entry.stood_us // 1_000_000} of {rule.then_us / 1e6:g} s, "
+    order = way.format(flags.helm.resume or "Auto")
+    return entry, [(Severity.INFO, f"{back}: {clock}{DOING[action]}: {order} to go on")]
+
+
+def _sentence(text: str, action: Action, instead: str) -> str:
+    body = capital(text)
+    if instead:
+        return f"{body} ({instead})"
+    return body if action is Action.WARN else f"{body}: {action.name}"
