@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import pytest
 
@@ -16,6 +16,7 @@ from companion.core.hull.statics import top_speed_mps
 from mavlink_bridge.language.messages import Distance, EstimatedState
 from sitl.plant.bottom import Flat, Slope
 from sitl.plant.library import load_vessel
+from sitl.plant.water import Water, WaterConfig
 from tools.benches.cells.depth_runs import QUIET, DepthRun, Noise
 from tools.benches.cells.drawn_hulls import drawn
 
@@ -104,6 +105,37 @@ def test_a_sounder_lost_at_five_metres_closing_costs_no_more_water(n, speed_mps)
     assert lost.lowest_altitude_m() >= 3.85
 
 
+def sea(height_m: float, seed: int, period_s: float = 3.0) -> Water:
+    """Waves that have been running for a minute."""
+    water = Water(WaterConfig(wave_height_m=height_m, wave_period_s=period_s), random.Random(seed))
+    for _ in range(600):
+        water.step(0.1)
+    return water
+
+
+@dataclass(frozen=True, slots=True)
+class Afloat(Noise):
+    """A sounder that goes up and down with the waves."""
+
+    water: Water = field(default_factory=lambda: sea(0.6, 5))
+
+    def read(self, rng: random.Random, true_m: float) -> float | None:
+        self.water.step(0.1)
+        heave_m = VESSEL.seakeeping.heave_m_per_m * self.water.wave_height_m * self.water.wave_quadrature
+        return Noise.read(self, rng, true_m + heave_m)
+
+
+@pytest.mark.parametrize("speed_mps", [1.5, 2.5])
+@pytest.mark.parametrize("n", [20, 10, 5, 2])
+@pytest.mark.parametrize("height_m", [0.3, 0.6])
+def test_the_closing_rate_keeps_3_85_m_in_waves(n, speed_mps, height_m):
+    """What waves explain is no slope; of a slope nothing is lost by that."""
+    for seed in range(4):
+        noise = Afloat(water=sea(height_m, seed))
+        config = DepthGuardConfig(map_look_ahead=False)
+        assert DepthRun(VESSEL, slope(n), speed_mps, config, noise=noise, seed=seed).lowest_altitude_m() >= 3.85
+
+
 def charted(n: int, origin_rad: tuple[float, float], error_m: float = 0.0) -> DepthGrid:
     """Soundings of the slope every 4 m, in a band 24 m wide around the 4 m contour."""
     bottom = slope(n)
@@ -150,6 +182,29 @@ def transitions(hours: float, altitude_m: float, heave_m: float) -> tuple[int, i
 def test_ten_hours_at_4_15_m_without_a_false_alarm(hours):
     """Must hold: 0.05 m noise, 1 % outliers, 2 % drop-outs, no heave: 0 false transitions, and no false stop."""
     assert transitions(hours, 4.15, 0.0) == (0, 0)
+
+
+@pytest.mark.parametrize(
+    ("altitude_m", "height_m", "period_s", "speed_mps"),
+    [(5.65, 0.6, 3.0, 1.5), (5.65, 0.6, 2.0, 1.5), (5.65, 0.6, 5.0, 2.5), (4.65, 0.5, 3.0, 1.0), (4.65, 0.6, 3.0, 0.0)],
+)
+@pytest.mark.parametrize("every", [1, 2], ids=["10 Hz", "5 Hz"])
+def test_waves_over_a_level_bottom_stop_nobody(altitude_m, height_m, period_s, speed_mps, every):
+    """A quarter of an hour of each: there were up to 150 stops, and an approach told every three seconds."""
+    noise, rng = Afloat(water=sea(height_m, 3, period_s)), random.Random(11)
+    guard = DepthGuard(DepthGuardConfig(), HullGeometry(0.35, 0.2, 1.08))
+    stops, told = 0, list[str]()
+    for i in range(9_000):
+        now_us = i * 100_000
+        state = EstimatedState(now_us, sog_mps=speed_mps)
+        heard_m = noise.read(rng, altitude_m + 0.15)
+        if i % every == 0:
+            guard.measure(Distance(now_us, heard_m), state)
+        out = guard.step(now_us, state, i > 200, None, lambda speed: 2.33 * speed)
+        stops += out.flags.depth_ahead
+        told += [text for _, text in out.texts if i > 200 and "closing" in text]
+    assert stops == 0
+    assert len(told) <= 4
 
 
 @pytest.mark.soak

@@ -8,6 +8,7 @@ import pytest
 
 from companion.tuning.fitted import vessel_toml
 from mavlink_bridge.language.messages import Action, GuardState, Mode
+from mavlink_bridge.language.requests import Arm
 from tools.benches.cells.drawn_hulls import drawn
 
 KEEL_M = 0.35
@@ -46,6 +47,34 @@ def test_a_plan_up_a_slope_stops_in_good_water(voyage, gradient, brake):
         if trip.truth.north_m < 100.0:
             break
     assert trip.truth.north_m < 100.0
+
+
+LEVEL = ("world.bottom.mounds=[]", "world.bottom.slope.gradient=0")
+
+
+@pytest.mark.parametrize(
+    ("hull", "depth_m", "waves_m", "speed_mps", "seed"),
+    [("otter", 6.0, 0.6, 1.5, 1), ("otter", 5.0, 0.5, 1.0, 1), ("blueboat", 6.0, 0.6, 1.5, 2)],
+)
+def test_waves_over_a_level_bottom_are_no_slope(voyage, hull, depth_m, waves_m, speed_mps, seed):
+    """Heave closes by up to 1 m/s for a second and a half; each of these boats was stopped within 12 s."""
+    depth = (f"world.bottom.depth_m={depth_m}", f"world.water.wave_height_m={waves_m}")
+    trip = voyage(f"vessel='{hull}'", *LEVEL, *depth, seed=seed)
+    trip.run(8.0)
+    trip.sail(speed_mps, (400.0, 0.0))
+    trip.run(60.0)
+    assert trip.snapshot.mode is Mode.AUTO
+    assert not [text for text in trip.texts if "losing" in text]
+
+
+def test_waves_over_a_level_bottom_leave_a_boat_on_her_station(voyage):
+    trip = voyage(*LEVEL, "world.bottom.depth_m=5", "world.water.wave_height_m=0.6", "world.water.wind_mps=5")
+    trip.run(8.0)
+    trip.ask(Arm(arm=True))
+    assert trip.mode(Mode.HOLD).reason == ""
+    trip.run(90.0)
+    assert trip.snapshot.action is Action.NONE
+    assert math.hypot(trip.truth.north_m, trip.truth.east_m) < 4.0
 
 
 def test_the_limit_that_is_shown_is_the_one_that_is_told_and_only_what_stops_her_moves(voyage):

@@ -33,6 +33,7 @@ from .lookahead import (
 )
 from .lost import LostBottom
 from .memory import DepthMemory
+from .sea import Sea
 
 _SLOW_MPS: Final = 0.1
 """Slower than this the way to stop takes no time that is worth reckoning."""
@@ -93,7 +94,7 @@ class DepthAhead:
         self.correcting = False
         """A correction may use the water down to the lock; what was sounded there on the way in must not bar the way out."""
         self.configure(config)
-        self._closing, self._trend = ClosingRate(), ClosingRate(LONG_WINDOWS)
+        self._closing, self._trend, self._sea = ClosingRate(), ClosingRate(LONG_WINDOWS), Sea()
         self._lost, self._before = LostBottom(), LostBottom()
         """Reckoned on from the last altitude; and from before the readings that repeat themselves or are doubted."""
         self._slope = 0.0
@@ -103,8 +104,7 @@ class DepthAhead:
         self._stopping = self._warned = self._blind = False
         self._rest = 0
         """Looks that the memory need not be asked for: it has just said that all around is clear."""
-        self._looked_us = 0
-        self._waited_m = 0.0
+        self._looked_us, self._waited_m = 0, 0.0
         """Water that waiting for a stop to be confirmed has cost."""
 
     def configure(self, config: DepthGuardConfig) -> None:
@@ -120,7 +120,13 @@ class DepthAhead:
     @property
     def closes(self) -> bool:
         """Whether the bottom is proven to close."""
-        return self._closing.closing_mps > 0.0
+        return self._rate.closing_mps > 0.0
+
+    @property
+    def _rate(self) -> ClosingRate:
+        """What counts: the short lines; in waves, which hardly move them, the long ones where they prove more."""
+        short, long = self._closing, self._trend
+        return long if self._sea.is_seen and long.closing_mps > short.closing_mps else short
 
     @property
     def last_good(self) -> NorthEast | None:
@@ -140,11 +146,13 @@ class DepthAhead:
         if len(passed) > 1:
             self._closing.forget()
             self._trend.forget()
+            self._sea.forget()
             self._slope = 0.0
         for reading in passed:
             sigma_m = reading_sigma_m(self._sigma_m, reading.value_m)
-            self._closing.add(reading, sigma_m)
-            self._trend.add(reading, sigma_m)
+            self._sea.add(reading, sigma_m)
+            self._closing.add(reading, sigma_m, self._sea)
+            self._trend.add(reading, sigma_m, self._sea)
             self._noted_us = reading.t_us
         likely_mps = self._closing.likely_mps or self._trend.likely_mps
         if passed and likely_mps > 0.0 and speed_mps > _SLOPE_MPS:
@@ -258,10 +266,10 @@ class DepthAhead:
         stopping_distance_fn: StoppingDistance,
     ) -> DepthLook:
         """By the closing rate that is measured, or that was when the sounder fell silent."""
-        config, closing_mps = self._config, self._closing.closing_mps
+        config, closing_mps = self._config, self._rate.closing_mps
         if altitude_m is not None:
             now_m = altitude_m - closing_mps * source.lag_s(now_us)
-            self._lost.seen(now_us, now_m, self._closing.likely_mps, speed_mps)
+            self._lost.seen(now_us, now_m, self._rate.likely_mps, speed_mps)
             if source.repeats:
                 self._before.reckon(now_us, speed_mps)
             else:
@@ -298,7 +306,7 @@ class DepthAhead:
         )
 
     def _confirmed(self, look: DepthLook, now_us: int) -> DepthLook:
-        """Hold a stop back for as long as waiting costs next to no water: heave and noise go away by then, a slope does not."""
+        """Hold a stop back for as long as waiting costs next to no water: noise goes away by then, a slope does not."""
         dt_s, self._looked_us = min((now_us - self._looked_us) * 1e-6, _WAIT_S), now_us
         if not look.stop:
             self._waited_m = max(0.0, self._waited_m - _LEAK_MPS * dt_s)

@@ -16,6 +16,7 @@ from mavlink_bridge.language.messages import EstimatedState
 from mavlink_bridge.language.points import NorthEast
 
 from .input import Altitude
+from .sea import Sea
 
 StoppingDistance = Callable[[float], float]
 """Speed in m/s to the way in m that the vessel still makes once thrust is cut (or astern)."""
@@ -70,8 +71,8 @@ class ClosingRate:
         self._sums = (0, 0, 0, 0)
         self._closing_mps = self.likely_mps = 0.0
 
-    def add(self, reading: Altitude, sigma_m: float) -> None:
-        """Take one gated reading; ``sigma_m``: its noise."""
+    def add(self, reading: Altitude, sigma_m: float, sea: Sea | None = None) -> None:
+        """Take one gated reading; ``sigma_m``: its noise; ``sea``: the waves, whose heave proves nothing. None: there are none."""
         entries = self._entries
         if not entries:
             self._t0_us = reading.t_us
@@ -97,7 +98,8 @@ class ClosingRate:
                 continue
             fall_mps = -(rise / spread)
             doubt_mps = sigma_m / math.sqrt(spread / count * 1e-12)
-            proven_mps = fall_mps - line.sigmas * doubt_mps
+            heave_mps = 0.0 if sea is None else sea.rate_mps(line.window_us * 1e-6)
+            proven_mps = fall_mps - line.sigmas * doubt_mps - heave_mps
             if proven_mps > closing_mps:
                 closing_mps, likely_mps = proven_mps, fall_mps + doubt_mps
         self._closing_mps, self.likely_mps = closing_mps, likely_mps
