@@ -57,6 +57,27 @@ def test_row_31_a_compass_that_was_wrong_all_the_time_is_shown_by_the_first_thru
     assert not any("water is faster" in text for text in trip.texts)
 
 
+PLAIN = 'world.sensors.grade="standalone"'
+SLOW = (PLAIN, "world.sensors.fix_hz=1")
+NO_VELOCITY = (PLAIN, 'world.sensors.sentences="GPZDA, GPGGA, GPHDT"')
+
+
+@pytest.mark.parametrize(
+    ("vessel", "bias_deg", "receiver", "within_m"),
+    [("otter", 120.0, SLOW, 18.0), ("blueboat", 180.0, NO_VELOCITY, 30.0)],
+)
+def test_row_31_a_receiver_that_is_slow_or_tells_no_velocity_shows_it_too(
+    voyage, vessel: str, bias_deg: float, receiver: tuple[str, ...], within_m: float
+) -> None:
+    """Once a second told of it after 48 m; without velocity she went 175 m in 120 s, and on."""
+    trip = in_hold(voyage, f'vessel="{vessel}"', *receiver, bias_deg=bias_deg)
+    go_to(trip, 60.0, 0.0)
+    assert wrong_s(trip, 40.0) < 14.0
+    assert math.hypot(trip.truth.north_m, trip.truth.east_m) < within_m
+    assert trip.neutral
+    assert any(OFF in text for text in trip.texts)
+
+
 @pytest.mark.parametrize("wind_mps", [0.0, 8.0])
 def test_row_31_one_that_flipped_at_rest_does_not_lead_her_off_her_point(voyage, wind_mps: float) -> None:
     """It is accepted after 10 s, "order Hold to go on" is told, and that order drove her off."""
@@ -100,10 +121,12 @@ def test_a_second_compass_that_agrees_with_what_thrust_showed_steps_in(voyage) -
 WILD = ("world.water.wind_mps=12", "world.water.current_mps=0.5", "world.water.wave_height_m=0.5")
 
 
-@pytest.mark.parametrize("grade", ["rtk", "standalone"])
+@pytest.mark.parametrize("receiver", [('world.sensors.grade="rtk"',), (PLAIN,), SLOW, (*SLOW, *NO_VELOCITY)])
 @pytest.mark.parametrize("water", [("world.water.current_mps=2.0",), WILD])
-def test_a_sound_boat_is_not_stopped_by_what_carries_her(voyage, water: tuple[str, ...], grade: str) -> None:
-    trip = in_hold(voyage, *water, f"world.sensors.grade={grade}")
+def test_a_sound_boat_is_not_stopped_by_what_carries_her(
+    voyage, water: tuple[str, ...], receiver: tuple[str, ...]
+) -> None:
+    trip = in_hold(voyage, *water, *receiver)
     trip.run(30.0)
     go_to(trip, 20.0, 20.0)
     trip.run(60.0)

@@ -17,6 +17,7 @@ from .config import POSITION_SIGMA_M, EstimatorConfig
 from .filter import PairCovariance
 from .repeats import FrozenWatch
 from .told import ComesAndGoes
+from .witness import Told
 
 _OUTLIER_SIGMA: Final = 5.0
 """One good fix in two million is refused, if its errors are Gaussian."""
@@ -65,7 +66,8 @@ class PositionTrack:
         self.origin: LocalFrame | None = None
         self.accepted_us: int | None = None
         """Time of validity of the last fix that was believed."""
-        self._new_mps: tuple[float, float] | None = None
+        self.told: Told | None = None
+        """What the newest fix told that was believed, until its velocity is taken."""
         self.frozen = False
         self.drift_n_mps = 0.0
         self.drift_e_mps = 0.0
@@ -182,7 +184,7 @@ class PositionTrack:
                 self._advance(t_us, heading)
                 self._leap((north_m, east_m), (self._north_m, self._east_m))
             self._start(fix, t_us, (north_m, east_m), velocity, heading)
-            self._new_mps = velocity
+            self._note(fix, t_us, (north_m, east_m), velocity)
             return told
         since_s = since_us * 1e-6
         if not 0.02 <= since_s <= 2.0:
@@ -191,13 +193,17 @@ class PositionTrack:
         self._advance(t_us, heading)
         if self._believable(fix, t_us, since_us, at=(north_m, east_m), velocity=velocity, heading=heading):
             self._correct(fix, t_us, (north_m, east_m), velocity)
-            self._new_mps = velocity
+            self._note(fix, t_us, (north_m, east_m), velocity)
         return told
+
+    def _note(self, fix: GpsFix, t_us: int, at: Pair, velocity: Pair | None) -> None:
+        leapt_n, leapt_e = self.leapt_m
+        self.told = Told(t_us, (at[0] - leapt_n, at[1] - leapt_e), POSITION_SIGMA_M[fix.fix_type], velocity)
 
     def take_velocity(self) -> tuple[float, float] | tuple[None, None]:
         """Return, once, what the newest believed fix told of the ground velocity at the reference point, north and east, m/s."""
-        told, self._new_mps = self._new_mps, None
-        return told or (None, None)
+        told, self.told = self.told, None
+        return (None, None) if told is None or told.mps is None else told.mps
 
     def is_acceptable(self, fix: GpsFix) -> bool:
         """Whether it is a kind of fix that is sailed on."""

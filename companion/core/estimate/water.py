@@ -14,7 +14,7 @@ from typing import Final
 from mavlink_bridge.language.messages import EstimatedState, GpsFix
 from mavlink_bridge.language.units import clamp
 
-from .witness import ThrustWitness
+from .witness import ThrustWitness, Told
 
 _JOLT_S: Final = 1.2
 """What the samples say over this time is compared with the mean: longer than a turn's transient of sway lasts at full size."""
@@ -262,11 +262,8 @@ class WaterMeans:
 
     def step(
         self, dt_s: float, tau_s: float, *, ground_mps: _Pair, bow: _Pair, through_mps: _Pair, r_radps: float
-    ) -> float | None:
-        """Take one sample, as ``CurrentFilter`` does; return how far off the heading thrust moves the vessel, where that proves it wrong.
-
-        What it taught of the water is taken back then.
-        """
+    ) -> None:
+        """Take one sample, as ``CurrentFilter`` does."""
         (north, east), (cos, sin), u_mps = ground_mps, bow, through_mps[0]
         sample_mps = (north - u_mps * cos, east - u_mps * sin)
         self._drift.step(dt_s, tau_s, sample_mps=sample_mps, r_radps=r_radps, bow=bow)
@@ -275,7 +272,13 @@ class WaterMeans:
         if self._kept_s >= _KEPT_S:
             self._kept_s = 0.0
             self._before.append(deepcopy((self._drift, self._current)))
-        off_rad = self._witness.step(dt_s, ground_mps=ground_mps, bow=bow, through_mps=through_mps)
+
+    def turned_by_rad(self, dt_s: float, *, bow: _Pair, through_mps: _Pair, told: Told | None) -> float | None:
+        """Return how far off the heading thrust moves the vessel, where that proves it wrong: what it taught of the water is taken back.
+
+        ``told``: the fix that is new at this tick.
+        """
+        off_rad = self._witness.step(dt_s, bow=bow, through_mps=through_mps, told=told)
         if off_rad is not None:
             self._witness.clear()
             self.take_back(_TAUGHT_S)
