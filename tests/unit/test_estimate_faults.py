@@ -196,6 +196,38 @@ def test_row_24_a_sound_position_does_not_stay(grade: SensorClass, speed_mps: fl
     assert not [text for _, _, text in made.texts if "one position" in text]
 
 
+@pytest.mark.parametrize(("grade", "fix_hz"), [("rtk", 5.0), ("standalone", 1.0)])
+def test_a_place_that_creeps_away_from_its_own_speed_is_told_of(grade: SensorClass, fix_hz: float) -> None:
+    """A boat was led 60 m off by 0.3 m/s, "plan complete" was told, and no other word."""
+    sailed = circle(20.0, 1.0)
+    creeps_s = [math.inf, math.inf]
+
+    def seen(t_s: float) -> Pose:
+        here = sailed(t_s)
+        since_s = min(max(t_s - creeps_s[0], 0.0), creeps_s[1])
+        return replace(here, east_m=here.east_m + 0.3 * since_s)
+
+    made = SensorRig(seen, sensors=SimulatedSensors(grade=grade, fix_hz=fix_hz))
+    made.run(20.0)
+    creeps_s[0] = 20.0
+    told_s = first_time(made, 100.0, lambda here: any("disagree" in text for _, _, text in here.texts))
+    assert told_s is not None
+    assert told_s < 80.0
+    creeps_s[1] = 100.0
+    made.run(120.0)
+    told = [text for _, _, text in made.texts if "place and speed" in text]
+    assert len(told) == 2, told
+    assert "agree again" in told[1]
+
+
+@pytest.mark.parametrize(("grade", "fix_hz"), [("rtk", 5.0), ("standalone", 1.0)])
+@pytest.mark.parametrize("speed_mps", [0.0, 1.5])
+def test_a_sound_place_goes_where_its_speed_leads(grade: SensorClass, fix_hz: float, speed_mps: float) -> None:
+    made = SensorRig(circle(20.0, speed_mps), sensors=SimulatedSensors(grade=grade, fix_hz=fix_hz))
+    made.run(300.0)
+    assert not [text for _, _, text in made.texts if "place and speed" in text]
+
+
 def test_row_24_a_receiver_that_was_told_of_is_not_sound_because_the_boat_has_stopped() -> None:
     made = SensorRig(lambda t_s: straight(1.5 if t_s < 22.0 else 0.0, 0.4)(min(t_s, 22.0)))
     made.run(10.0)

@@ -11,6 +11,7 @@ from mavlink_bridge.language.messages import GpsFix, Severity
 from mavlink_bridge.language.units import wrap_pi
 
 from ..hull.geometry import Arm
+from .agreement import PlaceAgainstSpeed
 from .antenna import NO_ARM, Attitude, Pair, at_centre, lever
 from .clock import ClockAligner
 from .config import POSITION_SIGMA_M, EstimatorConfig
@@ -74,6 +75,7 @@ class PositionTrack:
         self._texts = texts
         self._aligner = ClockAligner()
         self._watch = FrozenWatch()
+        self._agreement = PlaceAgainstSpeed()
         self._cov = PairCovariance(0.0, 0.0, 0.0)
         self._north_m = self._east_m = self._vn = self._ve = 0.0
         self._psi_rad: float | None = None
@@ -199,6 +201,9 @@ class PositionTrack:
     def _note(self, fix: GpsFix, t_us: int, at: Pair, velocity: Pair | None) -> None:
         leapt_n, leapt_e = self.leapt_m
         self.told = Told(t_us, (at[0] - leapt_n, at[1] - leapt_e), POSITION_SIGMA_M[fix.fix_type], velocity)
+        text = self._agreement.step(self.told)
+        if text:
+            self._texts.append((Severity.WARNING if self._agreement.is_apart else Severity.INFO, text))
 
     def take_velocity(self) -> tuple[float, float] | tuple[None, None]:
         """Return, once, what the newest believed fix told of the ground velocity at the reference point, north and east, m/s."""
