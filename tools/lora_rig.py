@@ -37,7 +37,7 @@ from mavlink_bridge.radio.codec.wire import TAG_BYTES
 from mavlink_bridge.radio.session import NONCE_BYTES, Pairing, RadioDirection
 from mavlink_bridge.radio.shore import ShoreTwin
 from mavlink_bridge.radio.shore.view import CachedPlans
-from sitl.radio import RadioConfig, RadioPair
+from sitl.radio import RadioConfig, RadioEnd, RadioPair
 
 KEY = bytes(range(1, 33))
 TICK_US = 50_000
@@ -191,6 +191,8 @@ class Rig:
         self.tick_count = 0
         self._work: list[tuple[int, Request]] = []
         self.starts = 0
+        self.told: list[str] = []
+        """What the vessel's end has said to the people aboard."""
         self.start_vessel()
         self.start_shore()
 
@@ -207,12 +209,16 @@ class Rig:
             memory=self.memory["vessel"],
             save=lambda text: self.memory.__setitem__("vessel", text),
             now_us=self.now_us,
+            say=lambda severity, text: self.told.append(text),
         )
 
     def start_shore(self) -> None:
         """(Re)start the gateway from its memory."""
+        self.twin = self._gateway("shore")
+
+    def _gateway(self, name: str) -> ShoreTwin:
         self.starts += 1
-        self.twin = ShoreTwin(
+        return ShoreTwin(
             self.profile,
             KEY,
             table(),
@@ -220,8 +226,8 @@ class Rig:
             neutral=Gate(GateConfig(), 0.0, 50_000).neutral(0, "shore"),
             rng=random.Random(f"{self.seed}/shore/{self.starts}"),
             nonce=random.Random(f"{self.seed}/shore/{self.starts}/nonce").randbytes(NONCE_BYTES),
-            memory=self.memory["shore"],
-            save=lambda text: self.memory.__setitem__("shore", text),
+            memory=self.memory.setdefault(name, ""),
+            save=lambda text: self.memory.__setitem__(name, text),
             now_us=self.now_us,
         )
 
@@ -249,16 +255,19 @@ class Rig:
             self.pair.vessel.write(frame)
 
     def _shore(self, now_us: int) -> None:
-        data = self.pair.shore.read()
+        self._serve(self.twin, self.pair.shore, now_us, station_present=self.station_present)
+
+    def _serve(self, twin: ShoreTwin, end: RadioEnd, now_us: int, *, station_present: bool) -> None:
+        data = end.read()
         if data:
-            self.twin.receive(data, now_us)
+            twin.receive(data, now_us)
         if now_us // 100_000 != (now_us - self.step_us) // 100_000:
-            self.twin.tick(now_us, station_present=self.station_present)
-            self.twin.link.keep(now_us, at_once=False)
-        frame = self.twin.take(now_us)
+            twin.tick(now_us, station_present=station_present)
+            twin.link.keep(now_us, at_once=False)
+        frame = twin.take(now_us)
         if frame:
-            self.pair.shore.write(frame)
-        self.replies += [(now_us, owner, reply) for owner, reply in self.twin.replies()]
+            end.write(frame)
+        self.replies += [(now_us, owner, reply) for owner, reply in twin.replies()]
 
     def run(self, seconds: float) -> None:
         end_us = self.now_us + round(seconds * 1e6)
@@ -272,11 +281,13 @@ class Rig:
             self.step()
         self.run(40.0)
 
-    def ask(self, body: RequestBody, limit_s: float = 100.0, origin: Origin | None = None) -> tuple[float, Reply]:
-        """Submit a request as a station would; return the seconds until its answer, and the answer."""
+    def ask(
+        self, body: RequestBody, limit_s: float = 100.0, origin: Origin | None = None, *, twin: ShoreTwin | None = None
+    ) -> tuple[float, Reply]:
+        """Submit a request as a station would; return the seconds until its answer, and the answer. ``twin``: at another gateway."""
         owner = object()
         start_us = self.now_us
-        self.twin.submit(owner, body, self.now_us, origin)
+        (twin or self.twin).submit(owner, body, self.now_us, origin)
         while self.now_us - start_us < limit_s * 1e6:
             self.step()
             for at_us, whose, reply in self.replies:

@@ -37,6 +37,7 @@ from .codec.wire import BEACON_COMMANDED, BEACON_NAMES_KEY, SAFE_STOPS, VERSION,
 from .link import MAX_OUTGOING, CompactLink
 from .old_format import GAP_US, HEARD, TELL, OldEar, OldVoice, counter_in, with_counter
 from .orders import meaning_of
+from .presence import Presence
 from .reporter import CHAT_GAP_US, Reporter
 from .session import Pairing, RadioDirection
 from .telling import Telling
@@ -44,6 +45,7 @@ from .transfer import BRIEF_NUMBERS, WholeMessage
 
 GATEWAY_SENDER: Final = 255
 _FOREIGN: Final = "Radio: the gateway speaks format {}, this boat {}: only Hold and Disarm cross; update the older one"
+_TAKEN: Final = "Radio: another gateway commands now; the silence of its station holds the boat"
 
 
 class VesselRadio:
@@ -94,8 +96,9 @@ class VesselRadio:
         self.asked: list[Request] = []
         """What is asked of the vessel since the last ``requests``, oldest first."""
         self._next_id = 1
-        self._asked: dict[int, tuple[int, RequestBody]] = {}
-        self._beacon_us: int | None = None
+        self._asked: dict[int, tuple[int, RequestBody, bytes]] = {}
+        """Number, what is asked, and through which start of a gateway."""
+        self._presence = Presence(profile.link)
         self._held: list[tuple[int, Reply]] = []
         """Answers that wait for the picture of the tick that they belong to."""
         self._stop: tuple[int, bytes | None, int] | None = None
@@ -125,6 +128,9 @@ class VesselRadio:
                 self._on_message(item, now_us)
             else:
                 self._on_frame(item, now_us)
+        current = self.link.pairing.current
+        if current is not None and current.heard_us == now_us:
+            self._presence.spoke(current.other, now_us)
 
     def _warn(self, text: str, now_us: int) -> bool:
         """Tell the people aboard, now and then, why nothing that they expect comes over the radio. Returns whether it was told."""
@@ -157,8 +163,10 @@ class VesselRadio:
         found = self._asked.pop(request_id, None)
         if found is None:
             return
-        number, body = found
+        number, body, gateway = found
         if reply.result is Result.ACCEPTED:
+            if self._presence.obeyed(gateway, body, now_us):
+                self._say(Severity.WARNING, _TAKEN)
             self._telling.shore_knows(body)
             self._reporter.shore_ordered(now_us)
         self._held.append((number, reply))
@@ -198,24 +206,28 @@ class VesselRadio:
 
     @property
     def last_heartbeat_us(self) -> int | None:
-        """When the gateway last said that a ground station is there. Without beacons in the profile its silence means nothing."""
+        """When a gateway that counts last said that a ground station is there. Without beacons in the profile its silence means nothing."""
         if self.profile.link.beacon_s == 0.0 and self.link.heard_us is not None and self._snapshot is not None:
             return self._snapshot.t_us
-        return self._beacon_us
+        return self._presence.heard_us
 
     @property
     def heard(self) -> Mapping[tuple[int, int], int]:
-        """The gateway speaks for its own commanding station, whoever that is ashore."""
+        """The gateway that commands speaks for its own commanding station, whoever that is ashore."""
         stamp_us = self.last_heartbeat_us
         return {} if stamp_us is None else {ONE_VOICE: stamp_us}
+
+    @property
+    def _gateway(self) -> bytes:
+        """The start of a gateway that has just spoken."""
+        return self.link.pairing.other or b""
 
     # ---- what comes ---------------------------------------------------------------------------------------------
 
     def _on_frame(self, frame: RadioFrame, now_us: int) -> None:
         if frame.kind is not Kind.BEACON or not frame.body:
             return
-        if frame.body[0] & BEACON_COMMANDED:
-            self._beacon_us = now_us
+        self._presence.beacon(self._gateway, now_us, has_station=bool(frame.body[0] & BEACON_COMMANDED))
         if frame.body[0] & BEACON_NAMES_KEY:
             self._reporter.acknowledged(int.from_bytes(frame.body[1:3], "big"))
         elif self.profile.link.batch == 1:
@@ -245,8 +257,8 @@ class VesselRadio:
             self.link.answer(message.id, body, now_us)
             return
         # who orders is there, whatever the beacons said
-        self._beacon_us = now_us
-        self._asked[self._next_id] = (message.id, body)
+        self._presence.is_there(self._gateway, now_us)
+        self._asked[self._next_id] = (message.id, body, self._gateway)
         sender = sender if origin is None else origin.source[0]
         self.asked.append(Request(self._next_id, body, sender, origin=origin, proof=Proof.RADIO_KEY))
         self._next_id += 1

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from .air import RadioConfig, RadioPair
+from .air import RadioConfig, RadioEnd, RadioPair
 
-__all__ = ["RadioConfig", "RadioPair"]
+__all__ = ["RadioConfig", "RadioEnd", "RadioPair"]

@@ -1,4 +1,4 @@
-"""Two LoRa modules and the air between them, in virtual time: what a radio link does to bytes, and what it costs.
+"""LoRa modules, two or more, and the air between them, in virtual time: what a radio link does to bytes, and what it costs.
 
 Half duplex (who transmits hears nothing), no coordination, loss by packet or in bursts (Gilbert), delays, pieces merged and split,
 and an account of every transmission, by which tools and tests hold a protocol to its airtime. Time on air: Semtech's formula.
@@ -92,7 +92,7 @@ class Transmission:
 @dataclass(slots=True)
 class _Flight:
     sender: RadioModule
-    receiver: RadioModule
+    receivers: tuple[RadioModule, ...]
     data: bytes
     start_us: int
     end_us: int
@@ -113,7 +113,13 @@ class Air:
         self._flights: list[_Flight] = []
         self._fading = False
         self._fade_change_us: int | None = None
-        self.modules = (self._module("vessel", 0xBBBB), self._module("shore", 0xBBBC))
+        self.modules: tuple[RadioModule, ...] = (self._module("vessel", 0xBBBB), self._module("shore", 0xBBBC))
+
+    def join(self, name: str, node: int) -> RadioModule:
+        """One more module, set as the shore's is: everybody hears everybody."""
+        module = self._module(name, node)
+        self.modules = (*self.modules, module)
+        return module
 
     def configure(self, config: RadioConfig) -> None:
         """Change the channel from now on; what is on the air keeps its airtime."""
@@ -136,8 +142,7 @@ class Air:
 
     def step(self, now_us: int) -> None:
         """Let everything happen up to ``now_us``. Earlier times are ignored."""
-        vessel, shore = self.modules
-        while self._flights or vessel.for_air or shore.for_air:
+        while self._flights or any(module.for_air for module in self.modules):
             event = self._next_event()
             if event is None or event[0] > now_us:
                 break
@@ -166,14 +171,14 @@ class Air:
         start_us = module.next_start_us()
         if start_us is None or not self.config.listen_first:
             return start_us
-        return max([start_us, *(flight.end_us for flight in self._flights if flight.receiver is module)])
+        return max([start_us, *(flight.end_us for flight in self._flights if module in flight.receivers)])
 
     def _launch(self, module: RadioModule, start_us: int) -> None:
-        other = self.modules[1] if module is self.modules[0] else self.modules[0]
+        others = tuple(other for other in self.modules if other is not module)
         data = module.take_packet(start_us)
         end_us = start_us + packet_us(len(data), PHYS[self.config.phy or "A"], self.config.header_bytes or 0)
         module.busy_until_us = end_us
-        new = _Flight(module, other, data, start_us, end_us)
+        new = _Flight(module, others, data, start_us, end_us)
         for flight in self._flights:
             flight.collided = new.collided = True
         self._flights.append(new)
@@ -184,7 +189,9 @@ class Air:
         self.log.append(Transmission(flight.start_us, flight.end_us, flight.data, flight.sender.name, fate))
         if fate == "received":
             data = self._garble(flight.data)
-            flight.receiver.to_host(data, flight.end_us + round(self.config.delay_ms * 1e3))
+            for receiver in flight.receivers:
+                if receiver.hears(flight.sender):
+                    receiver.to_host(data, flight.end_us + round(self.config.delay_ms * 1e3))
 
     def _fate(self, flight: _Flight) -> str:
         faded = self._faded(flight.end_us)
@@ -192,7 +199,8 @@ class Air:
             return "collision"
         if faded or self.jammed:
             return "faded"
-        return "received" if flight.receiver.hears(flight.sender) else "unheard"
+        heard = any(receiver.hears(flight.sender) for receiver in flight.receivers)
+        return "received" if heard else "unheard"
 
     def _faded(self, at_us: int) -> bool:
         loss, burst_us = self.config.loss, self.config.burst_s * 1e6
@@ -225,8 +233,7 @@ class Air:
     @property
     def is_busy(self) -> bool:
         """Whether bytes are under way, on the air or on a serial line."""
-        vessel, shore = self.modules
-        return bool(self._flights) or vessel.is_busy or shore.is_busy
+        return bool(self._flights) or any(module.is_busy for module in self.modules)
 
     # ---- the account --------------------------------------------------------------------------------------------
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from companion.core.vehicle.config import OperatorConfig
-from companion.core.vehicle.operators import Operators, leads
+from companion.core.vehicle.operators import Operators
 from mavlink_bridge.language import requests as ask
+from mavlink_bridge.language.leading import leads
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.stations import ONE_VOICE, Heard, Station
 

@@ -11,25 +11,19 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Final
 
-from mavlink_bridge.language.messages import Mode, Severity
+from mavlink_bridge.language.leading import leads
+from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.language.requests import (
     ACCEPTED,
-    Arm,
     EnableFence,
-    ForgetDepth,
     LoadPlan,
-    ManualInput,
     PlanKind,
     Reply,
     RequestBody,
     Result,
-    SetCurrent,
     SetHomePosition,
-    SetMode,
     SetParameter,
-    SetSpeed,
     TakeCommand,
-    UnlockGuard,
 )
 from mavlink_bridge.language.stations import Heard, Station
 
@@ -262,24 +256,6 @@ def _is_one_program(one: Station | None, other: Station | None) -> bool:
     if one is None or other is None or not one.host:
         return False
     return (one.system, one.component, one.host) == (other.system, other.component, other.host)
-
-
-def leads(body: RequestBody, *, manual: bool) -> bool:
-    """Whether a request sets the vessel going or changes where it goes: only who may command does that.
-
-    What stops it or leads home is obeyed from everybody; sticks count while they steer (``manual``).
-    """
-    match body:
-        case ManualInput():
-            return manual
-        case Arm():
-            return body.arm
-        case SetMode(mode=Mode.MANUAL) | SetSpeed() | SetCurrent() | UnlockGuard() | ForgetDepth():
-            return True
-        case SetMode(mode=Mode.RTL):
-            return False
-        case _:
-            return body.nature.moves and not body.nature.stops
 
 
 def _changed(body: RequestBody) -> str:

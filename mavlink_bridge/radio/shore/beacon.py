@@ -20,6 +20,12 @@ _KEYS_WITHOUT_WORD: Final = 1
 
 _WORD_GAP_US: Final = 10_000_000
 """A word that makes differences shorter is worth its air when more of them come than one or two."""
+_UNHEARD_S: Final = 2.0
+"""More than two states that do not come: the vessel speaks to another gateway, or the air loses. She shall hear soon that we are here,
+and speak to us again: where two gateways talk a beacon is easily lost, and the next one is half the time away after which the boat holds.
+"""
+_GIVEN_UP_US: Final = 120_000_000
+"""Of so long a silence the boat has drawn her conclusions; out of reach the usual beacons are enough."""
 _GREET_GAP_US: Final = 1_000_000
 _SHOWN_US: Final = 12_000_000
 """The vessel shows itself to a new start within some seconds of its first word; who waited longer says it once more."""
@@ -31,6 +37,7 @@ class Beacons:
     def __init__(self, link: CompactLink) -> None:
         self._link = link
         self._period_us = round(link.profile.link.beacon_s * 1e6)
+        self._unheard_us = round((2.0 * link.profile.link.state_s + _UNHEARD_S) * 1e6)
         self.keys = HeardKeys(link.profile.link)
         self._sent_us: int | None = None
         self._greeted: bytes | None = None
@@ -69,6 +76,7 @@ class Beacons:
         if is_new or is_again:
             self._again_us = now_us + _SHOWN_US if is_new and not self._period_us else None
         is_due = self._sent_us is None or now_us - self._sent_us >= self._period_us or self._wants_word(now_us)
+        is_due = is_due or (station_present and self._is_unheard(now_us))
         changed = station_present != self._station_present
         may = self._period_us and self._link.heard_us is not None
         if not is_new and not is_again and not (may and (is_due or changed)):
@@ -84,6 +92,13 @@ class Beacons:
         """Whether the vessel should hear of a newer state to refer to before the next beacon; while orders come it can wait."""
         is_time = self._sent_us is None or now_us - self._sent_us >= _WORD_GAP_US
         return is_time and now_us >= self._chat_until_us and self.keys.wants_word
+
+    def _is_unheard(self, now_us: int) -> bool:
+        """Whether neither we nor, as it seems, the vessel has heard the other for a while."""
+        heard_us, sent_us = self._link.heard_us, self._sent_us
+        if heard_us is None or sent_us is None or now_us < self._chat_until_us:
+            return False
+        return now_us - max(heard_us, sent_us) >= self._unheard_us and now_us - heard_us < _GIVEN_UP_US
 
     def _is_time(self, now_us: int) -> bool:
         """Old greetings, one after the other, must not make the gateway speak each time."""

@@ -1,0 +1,92 @@
+"""Two gateways of one key and one vessel: whose station's silence counts, and what each of them is shown."""
+
+from __future__ import annotations
+
+import pytest
+
+from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.requests import Arm, Result, SetMode, SetParameter
+from tests.two_gateways import TwoGateways, met
+
+LOST_S = 65.0
+"""As ``failsafe.radio_timeout_s``: from this age on the boat holds."""
+AUTO, HOLD = SetMode(Mode.AUTO), SetMode(Mode.HOLD)
+SEEDS = pytest.mark.parametrize("seed", range(2))
+
+
+def sailing(seed: int) -> TwoGateways:
+    """The station at the first gateway has set the boat going; the one at the second has ordered nothing."""
+    rig = met(seed=seed)
+    assert rig.ask(AUTO)[1].result is Result.ACCEPTED
+    rig.run(35.0)
+    return rig
+
+
+@SEEDS
+def test_a_gateway_that_watches_keeps_the_loss_of_the_commanding_one_from_nobody(seed: int) -> None:
+    rig = sailing(seed)
+    rig.first_is_on = False
+    rig.run(LOST_S + 5.0)
+    assert rig.station_age_s > LOST_S
+    rig.first_is_on = True
+    rig.run(60.0)
+    assert rig.station_age_s < LOST_S, "it is back"
+
+
+@SEEDS
+def test_while_the_commanding_gateway_speaks_its_station_is_never_lost(seed: int) -> None:
+    rig = sailing(seed)
+    for _ in range(200):
+        rig.run(1.0)
+        assert rig.station_age_s < LOST_S
+
+
+def test_before_anybody_has_ordered_each_gateway_counts() -> None:
+    rig = met()
+    rig.first_is_on = False
+    rig.run(LOST_S + 30.0)
+    assert rig.station_age_s < LOST_S
+
+
+@SEEDS
+def test_the_commanding_gateway_counts_again_after_a_restart_and_unasked(seed: int) -> None:
+    rig = sailing(seed)
+    rig.first_is_on = False
+    rig.run(10.0)
+    rig.start_shore()
+    rig.first_is_on = True
+    for _ in range(100):
+        rig.run(1.0)
+        assert rig.station_age_s < LOST_S
+
+
+def test_who_orders_motion_at_the_other_gateway_commands_and_that_is_told() -> None:
+    rig = sailing(0)
+    assert not [text for text in rig.told if "another gateway" in text]
+    assert rig.ask(AUTO, twin=rig.second)[1].result is Result.ACCEPTED
+    assert len([text for text in rig.told if "another gateway commands now" in text]) == 1
+    rig.run(20.0)
+    rig.first_is_on = False
+    rig.run(LOST_S + 30.0)
+    assert rig.station_age_s < LOST_S
+    rig.first_is_on, rig.second = True, None
+    rig.run(LOST_S + 5.0)
+    assert rig.station_age_s > LOST_S, "the first one watches now"
+
+
+@pytest.mark.parametrize("body", [HOLD, Arm(False), SetParameter("SPEED_MAX", 1.0)])
+def test_what_stops_or_only_sets_passes_no_command_while_the_other_is_there(body: SetMode | Arm | SetParameter) -> None:
+    rig = sailing(0)
+    assert rig.ask(body, twin=rig.second)[1].result is Result.ACCEPTED
+    rig.first_is_on = False
+    rig.run(LOST_S + 5.0)
+    assert rig.station_age_s > LOST_S
+
+
+def test_a_hold_from_the_other_gateway_passes_the_command_of_who_is_gone() -> None:
+    rig = sailing(0)
+    rig.first_is_on = False
+    rig.run(LOST_S + 5.0)
+    assert rig.ask(HOLD, twin=rig.second)[1].result is Result.ACCEPTED
+    rig.run(LOST_S)
+    assert rig.station_age_s < LOST_S
