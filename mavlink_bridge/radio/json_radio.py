@@ -4,7 +4,8 @@ A plan is loaded, the vessel armed if it is not, and the plan started: what the 
 radio. Nothing here proves who sent it; the checks before arming still hold. The last order again within a minute is
 answered, not sailed anew, if it was accepted; one that stops the vessel is always carried out, and ends what is under
 way. An order that is accepted, and nothing else, counts as the operator's presence, for the radio's time-out. What comes is told
-aboard: accepted, refused and why, or no plan at all.
+aboard: accepted, refused and why, or no plan at all. What a boat says, another one or this one by an echo, is no order and is
+never answered: two boats in hearing of each other would else talk for ever.
 """
 
 from __future__ import annotations
@@ -40,6 +41,17 @@ _STATE_SHARE: Final = 0.6
 _GARBLED_GAP_US: Final = 60_000_000
 _REFUSED_GAP_US: Final = 5_000_000
 """Whoever transmits can make the vessel refuse: texts that matter more must not drown in that."""
+_OTHER_BOAT_GAP_US: Final = 600_000_000
+"""A boat in hearing stays there; one word of it in so long is enough."""
+_REFUSALS: Final = 4
+"""So many on the air at once: a person who mends a plan by what it says sends it a few times."""
+_REFUSAL_US: Final = 60_000_000
+"""After so long there is one more: at 656 bit/s a refusal a minute is a quarter of the hour at 10 %, whoever sends what."""
+_OF_A_STATE: Final = frozenset(("maneuver_id", "yaw_deg"))
+"""Keys of a state that no plan has."""
+_ACK: Final = "ack"
+"""The key that only an answer has."""
+_OTHER_BOAT: Final = "Radio: a boat's own words come in (another boat, or an echo): no order, not answered"
 
 
 def state_json(snapshot: Snapshot, name: str, maneuver: str | None) -> bytes:
@@ -85,6 +97,12 @@ class _Order:
     """How it ended; empty while it is under way."""
     answer: bytes = b""
     at_us: int = 0
+    stops: bool = False
+
+    @property
+    def priority(self) -> Priority:
+        """Of its answer: a stop's may use what is kept of the hour."""
+        return Priority.STOP if self.stops else Priority.COMMAND
 
 
 class JsonRadio:
@@ -116,7 +134,10 @@ class JsonRadio:
         self._next_id = 1
         self._orders: list[_Order] = []
         self._names: dict[int, str] = {}
-        self._answers: deque[bytes] = deque(maxlen=_MAX_WAITING)
+        self._answers: deque[tuple[Priority, bytes]] = deque(maxlen=_MAX_WAITING)
+        self._refused_until_us = 0
+        """By when each refusal that went out has had its minute."""
+        self._other_boat_us: int | None = None
         self._last_state_us: int | None = None
         self._heard_us: int | None = None
 
@@ -177,14 +198,21 @@ class JsonRadio:
         if not self._clock.is_free(now_us) or self._is_listening(now_us):
             return b""
         if self._answers:
-            if self._spend(len(self._answers[0]), Priority.COMMAND, now_us):
-                return self._answers.popleft()
-            return b""
+            return self._an_answer(now_us)
         line = self._state_due(now_us)
         if not line or not self._spend(len(line), Priority.STATE, now_us):
             return b""
         self._last_state_us = now_us
         return line
+
+    def _an_answer(self, now_us: int) -> bytes:
+        """The oldest for which the hour has room: a stop's does not wait behind one that has none."""
+        for answer in self._answers:
+            priority, line = answer
+            if self._spend(len(line), priority, now_us):
+                self._answers.remove(answer)
+                return line
+        return b""
 
     def state_interval_us(self, size: int) -> int:
         """Time between states of this size that the hour allows."""
@@ -201,12 +229,15 @@ class JsonRadio:
     # ---- plans --------------------------------------------------------------------------------------------------
 
     def _take_up(self, value: bytes, now_us: int) -> None:
-        order = _Order(_name_in(value), zlib.crc32(value), deque(), at_us=now_us)
-        last = self._orders[-1] if self._orders else None
+        if _is_a_boats_word(value):
+            self._note_other_boat(now_us)
+            return
         stops = _stops(value)
+        order = _Order(_name_in(value), zlib.crc32(value), deque(), at_us=now_us, stops=stops)
+        last = self._orders[-1] if self._orders else None
         if last is not None and not stops and _is_copy(last, order.mark, now_us):
             if last.answer:
-                self._answers.append(last.answer)
+                self._answers.append((last.priority, last.answer))
             return
         try:
             order.steps = deque(self._steps(value))
@@ -257,8 +288,21 @@ class JsonRadio:
         order.answer = self._answer(order, result, reason)
         order.steps.clear()
         order.at_us = now_us
-        if order.answer:
-            self._answers.append(order.answer)
+        taken = result == Result.ACCEPTED.value or order.stops
+        if order.answer and (taken or self._may_refuse(now_us)):
+            self._answers.append((order.priority, order.answer))
+
+    def _may_refuse(self, now_us: int) -> bool:
+        """Whether a refusal more may go on the air: a few at once, then one a minute."""
+        if now_us < self._refused_until_us - (_REFUSALS - 1) * _REFUSAL_US:
+            return False
+        self._refused_until_us = max(now_us, self._refused_until_us) + _REFUSAL_US
+        return True
+
+    def _note_other_boat(self, now_us: int) -> None:
+        if self._other_boat_us is None or now_us - self._other_boat_us >= _OTHER_BOAT_GAP_US:
+            self._other_boat_us = now_us
+            self._say(Severity.WARNING, _OTHER_BOAT)
 
     def _tell(self, name: str, result: str, reason: str, now_us: int) -> None:
         if result == Result.ACCEPTED.value:
@@ -270,10 +314,10 @@ class JsonRadio:
 
     def _answer(self, order: _Order, result: str, reason: str) -> bytes:
         """The line that the sender gets; without the reason, or none, when no hour has room for it: all others would wait behind it."""
-        answer = {"ack": order.name, "crc": f"{order.mark:08x}", "result": result}
+        answer = {_ACK: order.name, "crc": f"{order.mark:08x}", "result": result}
         for words in (reason[:120], ""):
             line = json.dumps(answer | ({"reason": words} if words else {}), separators=(",", ":")).encode() + b"\n"
-            if self.ledger.could_ever(self._clock.airtime_us(len(line)), Priority.COMMAND):
+            if self.ledger.could_ever(self._clock.airtime_us(len(line)), order.priority):
                 return line
         return b""
 
@@ -318,6 +362,15 @@ def _name_in(value: bytes) -> str:
     first = fields[0] if isinstance(fields, list) and fields else fields
     found = [first[key] for key in ("id", "ID", "command") if isinstance(first, dict) and key in first]
     return str(found[0])[:64] if found else "?"
+
+
+def _is_a_boats_word(value: bytes) -> bool:
+    """Whether it is what a boat says, an answer or a state."""
+    try:
+        fields = json.loads(value)
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(fields, dict) and (_ACK in fields or fields.keys() >= _OF_A_STATE)
 
 
 def _is_copy(last: _Order, mark: int, now_us: int) -> bool:

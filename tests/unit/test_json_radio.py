@@ -6,7 +6,8 @@ import pytest
 
 from mavlink_bridge.language.messages import Mode, Severity
 from mavlink_bridge.language.requests import Arm, LoadPlan, SetMode, StartPlan
-from mavlink_bridge.radio.json_radio import JsonRadio
+from mavlink_bridge.radio.air import Priority
+from mavlink_bridge.radio.json_radio import JsonRadio, state_json
 from tools.lora_rig import BookVessel, profile
 
 PLAN = (
@@ -141,3 +142,41 @@ def test_what_comes_is_told_aboard():
     for _ in range(20):
         boat.hears(b"\x81\xfe\xff\n", 1.0)
     assert len(boat.told) == 3
+
+
+def test_two_boats_in_hearing_do_not_answer_each_other():
+    boats = Boat(), Boat()
+    for boat, other in (boats, boats[::-1]):
+        state = state_json(other.vessel.snapshot(0, 0), "other", None)
+        boat.hears(state)
+        for word in (b'{"ack":"?","result":"denied"}\n', b'{"ack":"hold","crc":"0","result":"accepted"}\n', state):
+            boat.hears(word)
+        assert boat.answers == []
+        assert boat.done == []
+        assert len(boat.told) == 1, "once, not with each word"
+        assert "another boat" in boat.told[0][1]
+        assert boat.radio.heard == {}
+
+
+def test_what_is_no_order_is_refused_a_few_times_and_then_once_a_minute():
+    boat = Boat("bench")
+    for number in range(120):
+        boat.hears(b'{"noise":%d}\n' % number)
+    assert 4 <= len(boat.answers) <= 4 + 120 * 5 / 60 + 1
+    boat.hears(HOLD)
+    assert (boat.answers[-1]["ack"], boat.answers[-1]["result"]) == ("hold", "accepted")
+    boat.waits(300.0)
+    before = len(boat.answers)
+    boat.hears(PLAN.replace(b"Circular", b"Spiral"))
+    assert "Spiral" in boat.answers[before]["reason"], "who mends a plan is told"
+
+
+def test_a_stop_is_answered_out_of_what_the_hour_keeps_and_does_not_wait_behind_others():
+    boat = Boat("o-10")
+    ledger = boat.radio.ledger
+    ledger.charge(ledger.left_us(Priority.COMMAND, 0) - 1, 0)
+    boat.hears(RESUME)
+    assert boat.answers == []
+    for _ in range(3):
+        boat.hears(HOLD)
+    assert [(answer["ack"], answer["result"]) for answer in boat.answers] == [("hold", "accepted")] * 3
