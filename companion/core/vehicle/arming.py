@@ -1,14 +1,22 @@
-"""Pre-arm checks: every reason why the vessel may not be armed now, in plain words, all at once. Pure."""
+"""Arming: every reason against it, in plain words, all at once (pure); and what an order that was left while disarmed means then."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from typing import Final
 
-from mavlink_bridge.language.messages import EstimatedState, GuardState, Mode
+from mavlink_bridge.language.geodesy import inverse
+from mavlink_bridge.language.messages import EstimatedState, Goto, GuardState, Mode, Severity
 from mavlink_bridge.language.snapshot import FenceStatus
+from mavlink_bridge.language.stations import Station
 
 from ..guard.failsafe_row import Takeover
 from ..guard.failsafe_table import BY_NAME
+from .haven import THERE_M
+from .navigator import Navigator, Steer
+from .parts import Parts
+from .plan_reach import shown
 
 _STEERS_ITSELF = (Mode.HOLD, Mode.AUTO, Mode.RTL, Mode.GUIDED, Mode.CIRCLE, Mode.LOITER)
 _FORBID = "mend the wrong one, or forbid it (sentences)"
@@ -70,3 +78,49 @@ def reasons(
         holding_causes = [cause for cause in holding_causes if BY_NAME[cause].takeover is Takeover.NEVER]
     standing = [f"failsafe: {BY_NAME[cause].text}" for cause in holding_causes]
     return tuple([text for holds, text in found if holds] + standing)
+
+
+_LEFT_IN: Final = (Mode.GUIDED, Mode.CIRCLE)
+"""A plan and a Return have looks and words of their own."""
+
+
+class LeftOrder:
+    """An order that leads somewhere and was given while disarmed: told at arming, or dropped when somebody else arms.
+
+    Who arms may have just come aboard, and who ordered be long gone. A stream is no such order: whoever sends it is still there.
+    """
+
+    def __init__(self) -> None:
+        self._by: Station | None = None
+        """Who gave it; None = the vessel's own people."""
+
+    def given(self, station: Station | None) -> None:
+        """An order that moves was obeyed."""
+        self._by = station
+
+    def at_arming(self, parts: Parts, state: EstimatedState, station: Station | None) -> Sequence[tuple[Severity, str]]:
+        """Say to whoever arms where the vessel is bound for; it holds instead when the order is not his."""
+        order, giver = _order(parts.navigator, state), self._by
+        if not order:
+            return ()
+        if parts.operators.is_same(giver, station):
+            return ((Severity.NOTICE, order),)
+        whose = "from aboard" if giver is None else f"of {giver if station is None else giver.beside(station)}"
+        parts.navigator.enter(Mode.HOLD, state)
+        return ((Severity.WARNING, f"{order}: order {whose} dropped, holding here"),)
+
+
+def _order(navigator: Navigator, state: EstimatedState) -> str:
+    """The order that stands, in words; "" = it leads nowhere."""
+    standing = navigator.standing if navigator.mode in _LEFT_IN else None
+    if standing is None:
+        return ""
+    if isinstance(standing, Steer):
+        what = "Course" if standing.course else "Heading"
+        return f"{what} {math.degrees(standing.psi_rad) % 360.0:.0f} deg at {standing.speed_mps:.1f} m/s"
+    goal = standing.maneuver
+    what = "Go-to" if isinstance(goal, Goto) else "Circle"
+    if state.lat_rad is None or state.lon_rad is None:
+        return f"{what}, distance unknown"
+    away_m = inverse(state.lat_rad, state.lon_rad, goal.lat_rad, goal.lon_rad)[0]
+    return f"{what} {shown(away_m)} away" if away_m >= THERE_M or what == "Circle" else ""

@@ -287,6 +287,11 @@ class Navigator:
             self._steer = replace(self._steer, speed_mps=self.speed_mps)
 
     @property
+    def standing(self) -> Leg | Steer | None:
+        """What was ordered and stands until the next order; None = a stream leads, or nothing."""
+        return None if self._steer_us is not None else self._steer or self._leg
+
+    @property
     def speed_mps(self) -> float:
         """The speed in force for the active leg."""
         if self.mode is _AUTO:

@@ -99,6 +99,10 @@ class Operators:
             return True  # the gateway has ids of its own, and the radio's key
         return not ids or (station.system, None) in ids or (station.system, station.component) in ids
 
+    def is_same(self, one: Station | None, other: Station | None) -> bool:
+        """Whether two orders come from one hand; None = the vessel's own people."""
+        return one is other if one is None or other is None else self._same(one, other)
+
     def _same(self, one: Station, other: Station) -> bool:
         """With configured ids the ids alone say who it is, on whatever link; without, only the same place does."""
         if self._ids:

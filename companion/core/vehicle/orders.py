@@ -49,6 +49,7 @@ from ..guard.failsafe import deaf_sticks
 from ..guard.failsafe_orders import Order
 from ..hull.statics import throttle_to_speed, top_speed_mps
 from . import insist
+from .arming import LeftOrder
 from .controls import Controls
 from .refusals import motion_refusal, prearm_reasons, start_refusal, target_refusal, trial_area
 
@@ -67,7 +68,7 @@ class Orders:
     """Carries out requests on one controls."""
 
     def __init__(self, controls: Controls) -> None:
-        self._controls = controls
+        self._controls, self._left = controls, LeftOrder()
 
     def handle(self, request: Request, now_us: int) -> Reply:
         """Carry out a request; UNSUPPORTED for a kind that the vessel itself does not answer."""
@@ -87,6 +88,8 @@ class Orders:
         if reply.result is Result.ACCEPTED:
             controls.parts.operators.obeyed(body, station, now_us, manual=by_hand)
             controls.parts.operators.has_set(body, station, armed=controls.armed)
+            if body.nature.moves:
+                self._left.given(station)
             if order is not None:
                 aside = order is Order.HOLD and station is not None and station.bystander
                 controls.operator_acted(Order.BYSTANDER_HOLD if aside else order)
@@ -103,6 +106,8 @@ class Orders:
             mend = "" if body.force or prearm_reasons(controls, now_us, force=True) else f"; {insist.FORCE}"
             why = "; ".join(reasons)
             return Reply(Result.REJECTED_NOW, why if "by force" in why else why + mend)
+        if not controls.armed:
+            controls.voice.say_all(self._left.at_arming(controls.parts, controls.state, station))
         controls.arm(now_us)
         return ACCEPTED
 
