@@ -23,6 +23,7 @@ from .core.vehicle.plan_reach import FAR_OK, plan_number
 from .facade import Facade
 from .io.keeping import StoreOp
 from .io.keeping.content import SaveParam, SavePlan, Together
+from .judge import change_mistakes
 from .lasting import Answer
 from .logs import Logs
 
@@ -60,11 +61,19 @@ def parameter_problem(facade: Facade, vessel: VesselConfig, body: SetParameter) 
     number = plan_number(facade.plans.ids[0])
     if body.name == FAR_OK and body.value not in (0.0, number):
         return f"{FAR_OK}: the plan in force has the number {number}"
+    old = facade.params.get(body.name)
     try:
-        wanted = facade.params.change(body.name, body.value).steering
-        return "" if wanted == facade.params.settings.steering else gains_problem(wanted, vessel)
+        wanted = facade.params.change(body.name, body.value)
+        same = wanted if old is None else facade.params.change(body.name, old.value)
     except ValueError as error:
         return str(error)
+    if wanted.steering != facade.params.settings.steering and (problem := gains_problem(wanted.steering, vessel)):
+        return problem
+    key = f"{facade.params.key(body.name)} = "
+    for mistake in change_mistakes(same, wanted, vessel, key):
+        said = mistake.partition(": ")[2] if mistake.startswith(key) else mistake
+        return f"{body.name} = {body.value:g}: {said}"
+    return ""
 
 
 def ends_far_word(facade: Facade, body: LoadPlan) -> bool:

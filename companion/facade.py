@@ -63,6 +63,11 @@ class SettingsParams:
             group=entry.path[0],
         )
 
+    def key(self, name: str) -> str:
+        """How the file calls a parameter; "" for one that is not there."""
+        number = self._index.get(name)
+        return "" if number is None else self.entries[number].key
+
     def change(self, name: str, value: float) -> Settings:
         """Return settings with one parameter changed. Raises ValueError with the reason."""
         number = self._index.get(name)

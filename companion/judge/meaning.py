@@ -52,6 +52,18 @@ def hull_meaning(settings: Settings, vessel: VesselConfig) -> list[str]:
     ]
 
 
+def plain_meaning(settings: Settings, vessel: VesselConfig) -> list[str]:
+    """What cannot be meant of values alone: no disk, no line and no clock is looked at."""
+    return [
+        *_distances(settings),
+        *_actuators(settings),
+        *_water(settings),
+        *value_mistakes(settings),
+        *_speeds(settings, vessel),
+        *hull_value_mistakes(settings, vessel),
+    ]
+
+
 def gain_mistakes(settings: Settings, vessel: VesselConfig) -> list[str]:
     """Gains that leave the heading or the speed no margin."""
     problem = gains_problem(settings.steering, vessel)

@@ -29,7 +29,7 @@ _SHIPS: Final = ("2", "3", "4", "5", "6", "7", "98")
 
 def threshold_mistakes(settings: Settings) -> list[str]:
     """Thresholds of a vessel's settings that cannot be meant, whatever her hull."""
-    return [*_limits(settings), *_ages(settings), *_lists(settings), *_identity(settings), *_pulses(settings)]
+    return [*_limits(settings), *_ages(settings), *_lists(settings), *_identity(settings), *pulse_mistakes(settings)]
 
 
 def hull_threshold_mistakes(settings: Settings, vessel: VesselConfig) -> list[str]:
@@ -144,7 +144,7 @@ def _travels(settings: Settings) -> Iterator[tuple[str, str, int, int]]:
             )
 
 
-def _pulses(settings: Settings) -> Iterator[str]:
+def pulse_mistakes(settings: Settings) -> Iterator[str]:
     """Bounds that leave an actuator where it is."""
     for key, end, _, left_us in _travels(settings):
         if left_us < _LEAST_US:

@@ -27,6 +27,11 @@ _ORDERED: Final = (
     ("depth.input.range_min_m", "depth.input.range_max_m", "no reading would be believed"),
 )
 """What must be less than what, and why. A voltage of 0 is a row that is off."""
+_LEAST_HELM: Final = 0.1
+"""Share of the helm that a bow which is half a turn off must ask for; with less of it no boat comes round against a breeze."""
+_FASTEST_INTEGRAL_PS: Final = 1.0
+"""Share of the proportional gain that an integral may gain in a second: hulls answer their helm in a second or more, and what grows
+faster turns them on before they have answered."""
 SLOWEST_STROKE_S: Final = 10.0
 """From rest to full output. The slowest steering engines take half of it; a guard's stop is reckoned with less."""
 _POSITION: Final = frozenset({"GGA", "GNS", "GLL", "RMC"})
@@ -57,7 +62,12 @@ def value_mistakes(settings: Settings) -> list[str]:
 
 def hull_value_mistakes(settings: Settings, vessel: VesselConfig) -> list[str]:
     """Values that undo what the hull has."""
-    return [*_reach(settings, vessel), *_thrust(settings, vessel), *_rates(settings, vessel)]
+    return [
+        *_reach(settings, vessel),
+        *_thrust(settings, vessel),
+        *_rates(settings, vessel),
+        *_seed_helm(settings, vessel),
+    ]
 
 
 def _at(settings: Config, key: str) -> float:
@@ -207,9 +217,17 @@ def _seed(settings: Settings) -> Iterator[str]:
     seed = settings.steering.seed
     if settings.steering.profile != "seed":
         return
-    for name, gains in (("heading_gains", seed.heading_gains), ("speed_gains", seed.speed_gains)):
-        if gains is not None and gains.kp == 0.0:
-            yield f"steering.seed.{name}.kp = 0: must be above 0; nothing follows"
+    for name, gains, least in (
+        ("heading_gains", seed.heading_gains, _LEAST_HELM / math.pi),
+        ("speed_gains", seed.speed_gains, 0.0),
+    ):
+        if gains is not None and (gains.kp == 0.0 or gains.kp < least):
+            yield f"steering.seed.{name}.kp = {gains.kp:g}: must be {f'at least {least:.2f}' if least else 'above 0'}; nothing follows"
+        elif gains is not None and gains.ki > gains.kp * _FASTEST_INTEGRAL_PS:
+            yield (
+                f"steering.seed.{name}.ki = {gains.ki:g}: more than kp {gains.kp:g} in a second, and the boat swings or circles; "
+                f"at most {gains.kp * _FASTEST_INTEGRAL_PS:g}"
+            )
     if seed.max_thruster_output == 0.0:
         yield "steering.seed.max_thruster_output = 0: the vessel could never go ahead; 1 is all that there is"
     if 0.0 < seed.high_speed_threshold_kn <= seed.high_speed_hysteresis_kn:
@@ -217,6 +235,26 @@ def _seed(settings: Settings) -> Iterator[str]:
             f"steering.seed.high_speed_hysteresis_kn = {seed.high_speed_hysteresis_kn:g}: must be less than "
             f"high_speed_threshold_kn {seed.high_speed_threshold_kn:g}; fast once, it would count as fast at rest"
         )
+
+
+def _seed_helm(settings: Settings, vessel: VesselConfig) -> Iterator[str]:
+    """Shares that leave the seed's law nothing to turn this hull with, slow or fast."""
+    seed, rudders = settings.steering.seed, vessel.rudder.count
+    if settings.steering.profile != "seed" or not vessel.thruster.turns:
+        return
+    for key, share in (
+        ("low_speed_thruster_share", seed.low_speed_thruster_share),
+        ("high_speed_thruster_share", seed.high_speed_thruster_share),
+    ):
+        by_thrust = min(share, seed.max_thruster_differential)
+        by_rudders = 1.0 - share if rudders else 0.0
+        if by_thrust + by_rudders > 0.0:
+            continue
+        if share == 0.0:
+            yield f"steering.seed.{key} = 0: this hull has no rudders, and would not turn; above 0"
+        else:
+            yield f"steering.seed.max_thruster_differential = 0: with {key} {share:g} nothing turns the hull; above 0"
+            return
 
 
 def _escalation(settings: Settings) -> Iterator[str]:

@@ -83,6 +83,7 @@ TABLE: Final = (
     Refusal("any order to move", "terminated", "refuses", f"{NEVER}: restart"),
     Refusal("plan upload", "the plan leads over charted shoals", "refuses; the old plan stays", CHART),
     Refusal("plan upload, go-to, speed", "faster than the vessel can go", "refuses", "ask for less"),
+    Refusal("parameter", "a file with it would be refused (gains of nothing, no thrust, no pulse)", "refuses", NEVER),
     Refusal(
         "any order to move; plan, fence, rally points, home, parameters; erasing logs; restart, shutdown",
         "the sender is not in operator.ids",
