@@ -178,3 +178,79 @@ def test_another_worlds_file_that_turns_up_while_the_vessel_runs_is_left_alone(b
     assert not refused.ok
     assert "simulated vessel" in refused.text
     assert (blocked / "companion.db").read_bytes() == before
+
+
+def deleted(path):
+    path.unlink()
+
+
+def replaced_by_a_folder(path):
+    path.unlink()
+    path.mkdir()
+
+
+def replaced_by_a_copy(path):
+    copy = path.with_name("copy.db")
+    with sqlite3.connect(path) as source, sqlite3.connect(copy) as target:
+        source.backup(target)
+    copy.replace(path)
+
+
+def without_its_journal(path):
+    path.with_name(f"{path.name}-wal").unlink()
+
+
+def all_deleted(path):
+    for each in path.parent.glob("companion.db*"):
+        each.unlink()
+
+
+@pytest.mark.parametrize("happens", [deleted, all_deleted, replaced_by_a_copy, without_its_journal])
+def test_what_is_acknowledged_outlives_a_file_that_is_deleted_or_replaced_under_way(tmp_path, happens):
+    clock = Clock()
+    path = tmp_path / "companion.db"
+    store = Store(path, clock_s=clock)
+    assert ask(store, SaveParam("DEPTH_MIN", 2.0)).ok
+    clock.now_s = 10.0
+    happens(path)
+    ticket = store.submit(SaveParam("CRUISE_SPEED", 1.0))
+    found = wait(store, lambda done: done.ticket == ticket)
+    assert any(done.ticket == ticket and done.ok for done in found)
+    assert any("was deleted or replaced" in done.text for done in found), "and it is told"
+    store.close()
+    assert reopened(path).params == {"DEPTH_MIN": 2.0, "CRUISE_SPEED": 1.0}
+
+
+def test_nothing_is_acknowledged_while_a_folder_has_the_files_name(tmp_path):
+    clock = Clock()
+    path = tmp_path / "companion.db"
+    store = Store(path, clock_s=clock)
+    assert ask(store, SaveParam("DEPTH_MIN", 2.0)).ok
+    clock.now_s = 10.0
+    replaced_by_a_folder(path)
+    store.submit(SaveParam("CRUISE_SPEED", 1.0))
+    refused, news = sorted(wait(store, lambda done: not done.ticket), key=lambda done: -done.ticket)
+    assert (refused.ok, news.ok) == (False, False)
+    assert refused.text == "its file was deleted or replaced"
+    assert news.text
+    path.rmdir()
+    clock.now_s = 10.0 + RETRY_S + 0.1
+    wait(store, well)
+    assert ask(store, SaveParam("CRUISE_SPEED", 1.5)).ok
+    store.close()
+    assert reopened(path).params == {"DEPTH_MIN": 2.0, "CRUISE_SPEED": 1.5}
+
+
+def test_a_file_that_goes_twice_within_a_second_is_not_acknowledged(tmp_path):
+    clock = Clock()
+    path = tmp_path / "companion.db"
+    store = Store(path, clock_s=clock)
+    clock.now_s = 10.0
+    deleted(path)
+    assert ask(store, SaveParam("DEPTH_MIN", 2.0)).ok
+    deleted(path)
+    assert not ask(store, SaveParam("CRUISE_SPEED", 1.0)).ok
+    clock.now_s = 11.0
+    assert ask(store, SaveParam("CRUISE_SPEED", 1.0)).ok
+    store.close()
+    assert reopened(path).params == {"DEPTH_MIN": 2.0, "CRUISE_SPEED": 1.0}

@@ -234,6 +234,22 @@ def free_name(path: Path, why: str) -> Path:
     return aside
 
 
+def place_of(path: Path) -> tuple[tuple[int, int] | None, ...]:
+    """Which files a store's name and its journal's stand for now; None = no file.
+
+    What was deleted or replaced goes on taking writes by whoever has it open, and nothing of them survives.
+    """
+    return tuple(_node(each) for each in _with_journals(path, "-wal"))
+
+
+def _node(path: Path) -> tuple[int, int] | None:
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
+
+
 def move_aside(path: Path, why: str) -> Path:
     """Rename a file (and its journals) to its free name. Raises OSError."""
     aside = free_name(path, why)

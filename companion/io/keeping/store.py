@@ -20,7 +20,7 @@ from typing import Final, Protocol
 
 from ..writer import Writer
 from .content import Completion, StoreContent, StoredRow, StoreOp, apply_entries, content_of, entries_of, rows_of
-from .file import DAMAGE, MIGRATIONS, check, migrate, plain, read_entries, stays_usable, write_entries
+from .file import DAMAGE, MIGRATIONS, check, migrate, place_of, plain, read_entries, stays_usable, write_entries
 from .mark import WorldKind
 from .open import in_one_transaction, open_store
 
@@ -30,6 +30,7 @@ CLOSE_WAIT_S: Final = 1.0
 RETRY_S: Final = 30.0
 """A disk that could not be written is tried again so often; a change that comes meanwhile tries it too, once a second at most."""
 _AT_ONCE_S: Final = 1.0
+_GONE: Final = "its file was deleted or replaced"
 IN_FORCE: Final = frozenset({"plan", "param"})
 OWN: Final = frozenset({"ledger", "stamp", "counter", "value", "record"})
 """Sections that the vessel keeps by itself and nobody is told of: the newest waits for the disk to come back."""
@@ -109,6 +110,7 @@ class Store:
         self._memory_ok = memory_ok
         self._clock_s = clock_s
         self._connection, rows, texts, self._trouble = open_store(path, world)
+        self._place = place_of(path)
         self._content, strange = content_of(rows)
         if strange:
             texts.append(f"Store: not understood and left out: {', '.join(strange)}")
@@ -189,9 +191,11 @@ class Store:
             self._tell()
 
     def _written(self, ticket: int, entries: list[StoredRow]) -> Completion:
-        if self._connection is None and self._clock_s() - self._tried_s >= _AT_ONCE_S:
-            self._reopen()
+        self._revive()
         why, is_kept = self._write([*self._unwritten.values(), *entries])
+        if why == _GONE and self._revive():
+            self._done.append(Completion(0, True, f"Store {self.path.name}: {_GONE}; begun anew"))
+            why, is_kept = self._write([*self._unwritten.values(), *entries])
         if not why:
             self._unwritten.clear()
             return Completion(ticket, True, "")
@@ -216,6 +220,10 @@ class Store:
             return self._trouble, True
         except (*DAMAGE, OverflowError) as error:
             return plain(error), False
+        if place_of(self.path) != self._place:
+            self._trouble = _GONE
+            self._let_go()
+            return _GONE, True
         self._trouble = ""
         apply_entries(self._rows, [entry for entry in entries if entry.section in IN_FORCE])
         return "", False
@@ -230,6 +238,12 @@ class Store:
                 self._unwritten.clear()
             self._tell()
 
+    def _revive(self) -> bool:
+        """Open a file that was let go again, once a second at most; return whether there is one to write to."""
+        if self._connection is None and self._clock_s() - self._tried_s >= _AT_ONCE_S:
+            self._reopen()
+        return self._connection is not None
+
     def _reopen(self) -> None:
         """Open the file again. What it holds now and the vessel does not sail by is told; its newer stamps stay."""
         if self._closed:
@@ -238,6 +252,7 @@ class Store:
         self._connection, rows, texts, self._trouble = open_store(self.path, self._world, again=True)
         if self._connection is None:
             return
+        self._place = place_of(self.path)
         self._done.extend(Completion(0, True, text) for text in texts)
         there = {name: body for name, body in rows.items() if name[0] in IN_FORCE}
         if not there:
