@@ -13,11 +13,14 @@ class Deeds:
     def __init__(self) -> None:
         self.count = 0
         """How many requests were carried out."""
+        self.settings = 0
+        """How many of them changed what stands: a plan, home, the fence, a parameter. What was refused before may be allowed now."""
         self._newest: dict[type[Ask], tuple[int, Ask]] = {}
 
     def note(self, body: Ask) -> None:
         """A request was carried out. To be told before its sender is answered."""
         self.count += 1
+        self.settings += body.nature.sets
         if body.nature.reaches:
             self._newest[type(body)] = self.count, body
 

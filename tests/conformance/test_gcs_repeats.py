@@ -449,6 +449,29 @@ def test_a_counted_repeat_does_not_start_the_boat_that_its_station_stopped_befor
     assert slow.order(AUTO, confirmation=1) == []
 
 
+@pytest.mark.parametrize(
+    "changed",
+    [ask.LoadPlan(ask.PlanKind.MISSION, ()), ask.SetParameter("FENCE_ENABLE", 0.0), ask.EnableFence(enable=False)],
+)
+def test_a_refused_start_is_judged_anew_at_once_when_a_plan_was_stored_or_a_setting_changed(slow, changed):
+    """Refused without a plan; a script uploads one and starts: the reason of a moment ago is none any more."""
+    (start,) = slow.order(START)
+    assert slow.answer(start, Reply(Result.REJECTED_NOW, "no plan is loaded")) == [REJECTED]
+    assert slow.order(START) == [], "the same words a moment later get the same answer"
+    slow.vessel.deeds.note(changed)
+    (again,) = slow.order(START)
+    assert slow.answer(again, ask.ACCEPTED) == [ACCEPTED]
+    slow.vessel.deeds.note(changed)
+    assert slow.order(START) == [], "what was carried out is not begun twice for it"
+
+
+def test_an_order_of_somebody_else_does_not_have_a_refused_one_judged_anew(slow):
+    (start,) = slow.order(START)
+    slow.answer(start, Reply(Result.REJECTED_NOW, "no plan is loaded"))
+    slow.vessel.deeds.note(ask.SetSpeed(1.0))
+    assert slow.order(START) == []
+
+
 def set_mode(number):
     return dialect.MAVLink_set_mode_message(1, 1, number)
 

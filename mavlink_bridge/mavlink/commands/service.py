@@ -9,7 +9,7 @@ a station that lost our answer does not start the boat a second time after someb
 operator who changes his mind is obeyed at once: a command counts as new after a contrary one of the same sender, answered or
 not, and the one before it gets no acknowledgement any more when its number is the same: a station would take it for the newer's.
 A copy that another way delivers late, behind a newer command of its sender, changes nothing. Copies do not lengthen the 3 s. A
-command that was refused had no effect: asked again after 0.3 s it is judged anew.
+command that was refused had no effect: asked again after 0.3 s, or once a plan or anything else that stands was changed, it is judged anew.
 """
 
 from __future__ import annotations
@@ -85,6 +85,8 @@ class _Case:
     """Whether the vessel has been in the state that this command brings, since its answer."""
     deed: int | None = None
     """Number of what the vessel has done for it (``Deeds``)."""
+    settings: int = 0
+    """How often what stands had been changed when it was answered."""
     request_id: int | None = None
     progress_due_us: int = 0
     give_up_us: int = 0
@@ -170,7 +172,8 @@ class CommandServer:
         if is_repeat and case.is_taken_back and not stops:
             return False
         if case.result not in (None, ACCEPTED):
-            return case.is_taken_back or now_us - case.answered_us >= REJUDGE_US
+            is_outdated = case.settings != self._deeds.settings
+            return case.is_taken_back or is_outdated or now_us - case.answered_us >= REJUDGE_US
         if stops:
             return not self._stands(case, later, sequence, now_us)
         if case.is_taken_back or case.result is None or is_repeat:
@@ -255,7 +258,7 @@ class CommandServer:
 
     def _close(self, case: _Case, result: int, now_us: int) -> None:
         if case.result is None:
-            case.result, case.answered_us = result, now_us
+            case.result, case.answered_us, case.settings = result, now_us, self._deeds.settings
             self.waiting -= 1
             if result == ACCEPTED and case.aim != _NO_AIM:
                 self._unseen.append(case)
