@@ -327,7 +327,7 @@ def test_a_silent_uploader_does_not_lock_the_others_out():
 @personas
 def test_check_29_fences_round_trip(home_item):
     link = Link(home_item=home_item)
-    corners = [PlanItem(5001, 0, 3.0, 0, 0, 0, LAT + n, LON, 0.0) for n in range(3)]
+    corners = [PlanItem(5001, 0, 3.0, 0, 0, 0, LAT + 1000 * n, LON + 1000 * (n % 2), 0.0) for n in range(3)]
     hole = [PlanItem(5002, 0, 4.0, 0, 0, 0, LAT + n, LON + n, 0.0) for n in range(4)]
     fence = [*corners, *hole, PlanItem(5003, 0, 33.3, 0, 0, 0, LAT, LON, 0.0)]
     link.count(len(fence), 1)

@@ -280,7 +280,9 @@ def fence(command, count, x=LAT, y=LON):
 
 def test_check_29_two_polygons_and_a_circle_become_areas():
     items = (
-        [fence(5001, 3, LAT + n) for n in range(3)] + [fence(5002, 4, LAT + n) for n in range(4)] + [fence(5003, 25.5)]
+        [fence(5001, 3, LAT + 1000 * n, LON + 1000 * (n % 2)) for n in range(3)]
+        + [fence(5002, 4, LAT + n) for n in range(4)]
+        + [fence(5003, 25.5)]
     )
     load = load_plan(PlanKind.FENCE, [*items, fence(5000, 0)])
     assert isinstance(load, LoadPlan)

@@ -8,6 +8,7 @@ from ...language import messages as imc
 from ...language.points import LatLon
 from ...language.requests import PlanItem
 from ..wire.cmd import Cmd
+from .fence_shape import shape_refusal
 from .plan_rules import DEFAULT_LIMITS, MissionResult, PlanError, PlanLimits, RefusedError, position
 
 
@@ -79,7 +80,10 @@ def _fence_area(items: Sequence[PlanItem], at: int, limits: PlanLimits) -> tuple
             raise _FenceError(place, None, f"the polygon of {count:g} vertices ends after {place - at}")
     if len(vertices) < count:
         raise _FenceError(len(items) - 1, None, f"the polygon of {count:g} vertices ends after {len(vertices)}")
-    corners = tuple(_fence_position(place, vertex) for place, vertex in enumerate(vertices, at))
+    corners = tuple(LatLon(_fence_position(place, vertex)) for place, vertex in enumerate(vertices, at))
+    corner, why = shape_refusal(corners, inclusion=inclusion)
+    if why:
+        raise _FenceError(at + corner, None, why)
     return imc.FenceArea(inclusion, vertices_rad=corners), int(count)
 
 
