@@ -13,6 +13,7 @@ from companion.io.keeping.depth_store import soundings_of
 from companion.io.keeping.store import MemoryStore, Store
 from mavlink_bridge.language.messages import GuardState, Mode
 from mavlink_bridge.language.requests import ManualInput
+from tests.soaked import in_the_soak
 
 KEEL_M = 0.35
 BANK = ("world.bottom.mounds=[]", "world.bottom.slope.bearing_deg=0", "world.bottom.slope.start_m=20")
@@ -52,8 +53,9 @@ def from_disk(store, path):
     return MemoryStore(on_disk.snapshot())
 
 
-@pytest.mark.parametrize("speed_mps", [1.5, 2.5])
-@pytest.mark.parametrize("gradient", [STEEP, GENTLE], ids=["1:2", "1:5"])
+@pytest.mark.parametrize(
+    ("gradient", "speed_mps"), [(STEEP, 2.5), (GENTLE, 1.5), *in_the_soak((STEEP, 1.5), (GENTLE, 2.5))]
+)
 def test_the_second_voyage_stops_before_the_shoal_that_the_first_one_found(voyage, tmp_path, gradient, speed_mps):
     """Must hold: >= 4.0 m true altitude on the second voyage; the first, with the guard alone, got into less."""
     content, first, reached = sounded(voyage, gradient, speed_mps)

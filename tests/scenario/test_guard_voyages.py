@@ -9,6 +9,7 @@ import pytest
 from companion.tuning.fitted import vessel_toml
 from mavlink_bridge.language.messages import Action, GuardState, Mode
 from mavlink_bridge.language.requests import Arm
+from tests.soaked import in_the_soak
 from tools.benches.cells.drawn_hulls import drawn
 
 KEEL_M = 0.35
@@ -26,8 +27,9 @@ def least_altitude(trip, seconds):
     return least
 
 
-@pytest.mark.parametrize("brake", ["false", "true"], ids=["coast", "astern"])
-@pytest.mark.parametrize("gradient", [0.5, 0.1])
+@pytest.mark.parametrize(
+    ("gradient", "brake"), [(0.5, "true"), (0.1, "false"), *in_the_soak((0.5, "false"), (0.1, "true"))]
+)
 def test_a_plan_up_a_slope_stops_in_good_water(voyage, gradient, brake):
     trip = voyage(*SLOPE, *MARGINS, f"world.bottom.slope.gradient={gradient}", f"depth.brake={brake}")
     trip.sail(2.5, (400.0, 0.0))
@@ -124,7 +126,7 @@ def test_the_brake_reckons_with_what_the_gate_lets_through(voyage):
     assert trip.neutral
 
 
-@pytest.mark.parametrize("fix_hz", [5.0, 1.0])
+@pytest.mark.parametrize("fix_hz", [1.0, *in_the_soak(5.0)])
 @pytest.mark.parametrize("hull", ["otter", "blueboat", "wamv"])
 def test_the_brake_takes_the_way_off_and_drives_nobody_astern(voyage, hull, fix_hz):
     """Her speed is told half a second late, and later by a receiver of 1 Hz: let go by it, she went astern with up to 1.2 m/s."""

@@ -7,6 +7,7 @@ import math
 import pytest
 
 from mavlink_bridge.language.requests import Arm, PlanItem, PlanKind, StartPlan
+from tests.soaked import in_the_soak
 
 from .conftest import CHANGE_SPEED, JUMP, WAYPOINT, Voyage
 
@@ -73,7 +74,7 @@ def test_a_plan_that_jumps_back_to_where_the_boat_is_keeps_her_there(voyage, eas
     assert trip.texts[began:] == []
 
 
-@pytest.mark.parametrize("vessel", ["otter", "plant_b"])
+@pytest.mark.parametrize("vessel", ["plant_b", *in_the_soak("otter")])
 def test_a_closed_patrol_is_sailed_through_its_first_point(voyage, vessel):
     """She braked to 0.46 m/s there in each lap: its last point is its first one, and the jump led back to where she was."""
     trip = voyage("depth.enabled=false", f"vessel={vessel}")

@@ -6,6 +6,7 @@ import pytest
 
 from companion.tuning.fitted import vessel_toml
 from mavlink_bridge.language.requests import Arm, PlanItem, PlanKind, StartPlan
+from tests.soaked import in_the_soak
 from tools.benches.cells.foreign_hulls import launch, pontoon, single_screw
 
 NO_DEPTH = "depth.enabled=false"
@@ -35,7 +36,9 @@ def circled_and_held(voyage, tmp_path, hull, radius_m, speed_mps):
 
 
 @pytest.mark.parametrize(
-    ("hull", "radius_m"), [(single_screw, 5.0), (pontoon, 5.0), (launch, 20.0)], ids=["one screw", "heavy", "joining"]
+    ("hull", "radius_m"),
+    [(single_screw, 5.0), (launch, 20.0), *in_the_soak((pontoon, 5.0))],
+    ids=["one screw", "joining", "heavy"],
 )
 def test_a_sound_boat_that_turns_slowly_is_left_alone(voyage, tmp_path, hull, radius_m):
     """One of one screw was told three times: 62 m off while she turned for it, and 3 m off while she lay there and the time ran."""

@@ -9,6 +9,7 @@ import pytest
 from companion.io.keeping.store import MemoryStore
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import Arm, PlanItem, PlanKind, SetHomePosition, SetParameter, StartPlan
+from tests.soaked import in_the_soak
 from tests.world_station import Helm
 
 NO_DEPTH = "depth.enabled=false"
@@ -146,8 +147,10 @@ def limit(trip):
     assert trip.ask(SetParameter("RALLY_LIMIT_KM", 0.01)).reason == ""
 
 
-@pytest.mark.parametrize("by_plan", [False, True], ids=["ordered", "item of the plan"])
-@pytest.mark.parametrize("change", [clear, fence, limit])
+@pytest.mark.parametrize(
+    ("change", "by_plan"),
+    [(clear, False), (fence, True), (limit, False), *in_the_soak((clear, True), (fence, False), (limit, True))],
+)
 def test_what_changes_on_the_way_back_leads_elsewhere(voyage, change, by_plan):
     """She sailed on to the point that was deleted, or to the fence, and lay in Hold there."""
     trip = voyage(NO_DEPTH)

@@ -9,6 +9,7 @@ from mavlink_bridge.language.figures import Hover
 from mavlink_bridge.language.messages import Loiter
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
+from tests.soaked import in_the_soak
 from tools.benches.cells.control_cells import BLOW, Case
 from tools.benches.cells.drawn_hulls import drawn
 from tools.benches.cells.foreign_hulls import bare, cockle, crooked, launch, single_screw
@@ -92,7 +93,9 @@ def test_a_boat_with_one_screw_and_a_rudder_lies_against_a_current():
     assert found.rms_m < 0.3
 
 
-@pytest.mark.parametrize(("current_mps", "wind_mps"), [(0.0, 5.0), (0.2, 5.0), (0.2, 8.0), (0.3, 3.0), (0.4, 6.0)])
+@pytest.mark.parametrize(
+    ("current_mps", "wind_mps"), [(0.0, 5.0), (0.2, 8.0), *in_the_soak((0.2, 5.0), (0.3, 3.0), (0.4, 6.0))]
+)
 def test_a_boat_with_one_screw_and_a_rudder_is_not_cut_for_oscillating(voyage, tmp_path, current_mps, wind_mps):
     """The whole program, after a leg: in weak currents the rudder had nothing to steer by and went from stop to stop."""
     (tmp_path / "screw.toml").write_text(vessel_toml(ONE_SCREW))

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.soaked import in_the_soak
 from tools.benches.cells import control_cells as cells
 from tools.benches.cells.control_cells import BREEZE, Case
 from tools.benches.cells.foreign_hulls import any_hull
@@ -20,9 +21,9 @@ def rms_m(name, draw):
     ("name", "draw"),
     [
         ("otter", 25),  # half the thrust ahead: 12 times the right file's
-        ("lopsided", 1),  # drag and thrust off, each its own way: 7 times
-        ("rudderless", 25),  # 16 times
         ("launch", 25),  # 6 times
+        # drag and thrust off, each its own way: 7 times; 16 times
+        *in_the_soak(("lopsided", 1), ("rudderless", 25)),
     ],
 )
 def test_a_file_wrong_by_half_does_not_swing_a_boat_about_her_legs(name, draw):

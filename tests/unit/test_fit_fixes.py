@@ -47,6 +47,7 @@ def taught(record, seed):
     return fit_vessel(wrong(any_hull("crooked"), seed), read_voyage(record))
 
 
+@pytest.mark.soak  # a whole fit takes a quarter of a minute; that of a fast receiver stands for it (test_fit_bounds.py)
 def test_a_slow_receiver_and_a_late_compass_teach_thrust_drag_and_turning(record):
     right, fit = coefficients(any_hull("crooked")), taught(record, 1)
     for name in ("xu", "xuu", "nr", "nrr", "m22", "m33", "ahead", "astern", "exponent", "area"):

@@ -4,6 +4,7 @@ import pytest
 
 from mavlink_bridge.language.requests import Arm, Result
 from mavlink_bridge.radio.codec.wire import Kind
+from tests.soaked import in_the_soak
 from tools.benches.lora import settled
 from tools.lora_rig import Rig, profile
 
@@ -60,7 +61,7 @@ def test_beacons_recorded_before_a_restart_of_the_vessel_prove_nobody():
 
 
 @pytest.mark.parametrize("who", ["vessel", "shore", "both"])
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, 1, *in_the_soak(2, 3)])
 def test_after_restarts_the_ends_hear_each_other_soon(who, seed):
     rig = settled(seed=seed)
     for _ in range(3):
