@@ -118,6 +118,7 @@ class VesselRadio:
             # a gateway that has just started is told what the vessel keeps without being asked
             self._shore = self.link.pairing.other
             self._telling.forget()
+            self._reporter.another()
             self._reporter.met(now_us)
         before = self._ear.hellos
         self._ear.receive(data)

@@ -372,7 +372,8 @@ class CompactLink:
             return b""
         if first.kind in STATES and now_us != self.tick_us:
             return b""
-        session = self.pairing.to_speak(self._turn)
+        # a difference tells something only to who has what it refers to
+        session = self.pairing.current if first.kind is Kind.DELTA else self.pairing.to_speak(self._turn)
         if session is None or not self.way.has_room(len(first.body) + OVERHEAD, now_us):
             return b""
         frame = self.voice.send(first.kind, first.body, first.priority, now_us, session=session)

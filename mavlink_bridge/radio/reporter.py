@@ -133,6 +133,12 @@ class Reporter:
         self._base = None
         self._next_us = None
 
+    def another(self) -> None:
+        """Another start of the shore counts from now on, perhaps for a moment: what was sent to the one before, it does not have."""
+        self._collect()
+        self._base = self.told = None
+        self._sent.clear()
+
     def met(self, now_us: int) -> None:
         """A start of the shore has proved itself, or says that it has no state: the next batch may be half an hour away."""
         is_answered = self._shown_us is not None and now_us - self._shown_us < _SHOWN_US
@@ -153,6 +159,8 @@ class Reporter:
         self._tell_reached(now_us)
         if self._show_us is not None and now_us >= self._show_us:
             self._show(state, now_us)
+        elif self._base is None and any(not waiting.base.is_key for waiting in self._pending.values()):
+            self._post_key(state, now_us, Priority.STATE)  # who is to hear it has not what it refers to
         elif self._link.way.slots.is_open(now_us) and self._may_spend(now_us):
             self._post_state(state, now_us, Priority.STATE)
         elif self._status_is_new(state, now_us):

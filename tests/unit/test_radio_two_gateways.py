@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+from collections import deque
+from collections.abc import Collection
+
 import pytest
 
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import Arm, Result, SetMode, SetParameter
+from mavlink_bridge.radio.codec.state_fields import RadioState, metres_between
+from mavlink_bridge.radio.shore import ShoreTwin
 from tests.two_gateways import TwoGateways, met
 
 LOST_S = 65.0
@@ -90,3 +97,54 @@ def test_a_hold_from_the_other_gateway_passes_the_command_of_who_is_gone() -> No
     assert rig.ask(HOLD, twin=rig.second)[1].result is Result.ACCEPTED
     rig.run(LOST_S)
     assert rig.station_age_s < LOST_S
+
+
+class Eyes:
+    """What one gateway shows, against what the vessel was in the last seconds: a state waits for the air that long."""
+
+    def __init__(self, rig: TwoGateways, twin: ShoreTwin) -> None:
+        self._rig, self._twin, self._seen_us = rig, twin, twin.state_us
+        self.states = 0
+
+    def look(self, was: Collection[RadioState]) -> None:
+        """Judge the newest state, and how long it is shown."""
+        twin, age_s = self._twin, self._twin.age_s(self._rig.now_us)
+        assert age_s is not None
+        assert not twin.is_fresh(self._rig.now_us) or age_s <= twin.profile.link.stale_after_s
+        shown = twin.state
+        if shown is None or twin.state_us == self._seen_us:
+            return
+        self._seen_us, self.states = twin.state_us, self.states + 1
+        alike = [state for state in was if (state.mode, state.armed) == (shown.mode, shown.armed)]
+        assert alike, f"{shown.mode}, armed {shown.armed}: she was not"
+        assert min(math.hypot(*(metres_between(shown, state) or (math.inf, 0.0))) for state in alike) < 2.0
+
+
+@SEEDS
+def test_neither_gateway_is_shown_a_boat_that_is_not_so(seed: int) -> None:
+    """Orders from both, so that the vessel speaks to one and the other by turns; differences must not be put to the wrong state."""
+    rig = met(seed=seed)
+    assert rig.second is not None
+    eyes = [Eyes(rig, twin) for twin in (rig.twin, rig.second)]
+    bodies = itertools.cycle((AUTO, Arm(True), HOLD, SetMode(Mode.GUIDED), Arm(False)))
+    was: deque[RadioState] = deque(maxlen=50)
+    for count, body in enumerate(itertools.islice(bodies, 15)):
+        (rig.second if count % 3 == 2 else rig.twin).submit(count, body, rig.now_us)
+        for _ in range(140 + 10 * count):
+            rig.run(0.1)
+            was.append(RadioState.of(rig.vessel.snapshot(rig.now_us, 0)))
+            for each in eyes:
+                each.look(was)
+    assert all(each.states > 10 for each in eyes)
+
+
+def test_answers_alone_keep_no_picture_alive() -> None:
+    """The boat speaks to somebody else, or her states are lost: where she is, is then not known any more."""
+    rig = met()
+    rig.second = None
+    rig.run(20.0)
+    rig.radio.link.post = lambda *frame: None  # type: ignore[method-assign]
+    for _ in range(6):
+        assert rig.ask(HOLD)[1].result is Result.ACCEPTED
+        rig.run(5.0)
+    assert not rig.twin.is_fresh(rig.now_us)

@@ -181,10 +181,10 @@ class ShoreTwin:
 
     def is_fresh(self, now_us: int) -> bool:
         """Whether heartbeats may be sent for the vessel."""
-        stamps = [stamp for stamp in (self.state_us, self.stood_us) if stamp is not None]
-        if not stamps or self.state is self._recalled:
+        if self.state_us is None or self.state is self._recalled:
             return False
-        return (now_us - max(stamps)) * 1e-6 <= self.profile.link.stale_after_s
+        # an answer tells mode and armed bit, and not where the boat is: it keeps nobody's picture alive
+        return (now_us - self.state_us) * 1e-6 <= self.profile.link.stale_after_s
 
     # ---- stations' side -----------------------------------------------------------------------------------------
 
