@@ -45,6 +45,7 @@ from .transfer import BRIEF_NUMBERS, WholeMessage
 
 GATEWAY_SENDER: Final = 255
 _FOREIGN: Final = "Radio: the gateway speaks format {}, this boat {}: only Hold and Disarm cross; update the older one"
+_NAMESAKE: Final = "Radio: another boat has this key and number {}: give each its own system.system_id"
 _TAKEN: Final = "Radio: another gateway commands now; the silence of its station holds the boat"
 
 
@@ -105,13 +106,17 @@ class VesselRadio:
         """Number and session of the last stop, and when it came."""
         self._shore: bytes | None = None
         self._telling = Telling(self.link, vehicle, self._home_e7)
-        self._warned_us: int | None = None
+        self._warned_us: dict[str, int] = {}
+        """When each text was last told."""
 
     # ---- the interface of an endpoint ---------------------------------------------------------------------------
 
     def receive(self, data: bytes, now_us: int) -> None:
         """Take bytes as read. Never raises on input."""
+        namesakes = self.link.opener.namesakes
         items = self.link.receive(data, now_us)
+        if self.link.opener.namesakes > namesakes:
+            self._warn(_NAMESAKE.format(self._address[0]), now_us)
         if self.link.pairing.is_foreign:
             self._warn(_FOREIGN.format(self.link.pairing.version, VERSION), now_us)
         if self.link.pairing.other != self._shore:
@@ -135,9 +140,9 @@ class VesselRadio:
 
     def _warn(self, text: str, now_us: int) -> bool:
         """Tell the people aboard, now and then, why nothing that they expect comes over the radio. Returns whether it was told."""
-        if self._warned_us is not None and now_us - self._warned_us < GAP_US:
+        if now_us - self._warned_us.get(text, -GAP_US) < GAP_US:
             return False
-        self._warned_us = now_us
+        self._warned_us[text] = now_us
         self._say(Severity.WARNING, text)
         return True
 

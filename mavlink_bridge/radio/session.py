@@ -275,6 +275,17 @@ class Pairing:
             return None
         return self.nonce if body[0] & 4 else b""
 
+    def is_namesake(self, body: bytes, covered: bytes, tag: bytes) -> bool:
+        """Whether another vessel greets under our key and number. Not our own echo, and not what only looks like a greeting."""
+        if not self.is_vessel or len(body) != 1 + NONCE_BYTES + 4 or body[0] & 3 or Hello.read(body).version != VERSION:
+            return False
+        if Hello.read(body).nonce == self.nonce:
+            return False
+        proofs = [session.other for session in self.sessions] if Hello.read(body).proof else [b""]
+        return self.witness.verdict(
+            lambda: any(self.hello_tag(self.outward, covered, proof, len(tag)) == tag for proof in proofs)
+        )
+
     def greeted(self, body: bytes, size: int, now_us: int) -> None:
         """An authentic HELLO, perhaps an old one: it makes a session, and is believed no further while another one counts."""
         hello = Hello.read(body)

@@ -167,7 +167,9 @@ class Opener:
         self.strange_bytes = 0
         """Bytes that belong to no good frame."""
         self.trials = 0
-        """Tags computed and compared."""
+        """Tags computed and compared, by which a frame may be believed."""
+        self.namesakes = 0
+        """Greetings of another vessel under this one's key and number."""
         self.on_good: Callable[[int, int], None] = lambda size, now_us: None
         """Told of each good frame: its bytes, and the time."""
 
@@ -242,6 +244,7 @@ class Opener:
         pairing = self._pairing
         proof = pairing.proof_of(covered[HEAD_BYTES:])
         if proof is None:
+            self.namesakes += pairing.is_namesake(covered[HEAD_BYTES:], covered, tag)
             return None
         self.trials += 1
         size = self._tag_bytes
