@@ -312,3 +312,20 @@ def test_a_chart_of_heights_is_warned_of(tmp_path, capsys):
     assert (
         "lies above datum everywhere, -7.5 to -7.5 m; depths are metres, positive downwards" in capsys.readouterr().out
     )
+
+
+SEED = [
+    *("--set", 'vessel="blueboat"', "--set", 'steering.profile="seed"'),
+    *("--set", "steering.seed.speed_gains={kp=0.5,ki=0.1}"),
+]
+
+
+@pytest.mark.parametrize(("gains", "holds"), [("{kp=0.4,kd=0.2}", True), ("{kp=8.0,kd=0.1}", False)])
+def test_margins_of_the_seeds_law_are_told_and_gains_without_any_are_not_good(gains, holds, capsys):
+    """It said "good", and where margins may be read; a boat whose gains do not hold swerved 27 m off."""
+    words = [*SEED, "--set", f"steering.seed.heading_gains={gains}"]
+    assert main(["check", str(shipped.path("boat.toml")), *words]) == 0
+    told = capsys.readouterr().out
+    assert re.search(r"heading +law 'seed': at least \d+ dB and \d+ deg", told)
+    assert (": good" in told) is holds
+    assert ("SEED_HDG_P, _I, _D miss their margins at" in told) is not holds

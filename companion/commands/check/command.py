@@ -17,7 +17,7 @@ from ...settings.reading import with_lines
 from ..numbers import positive
 from ..plan.water import chart_warnings, grid_words
 from .live_data import watch
-from .steering import heading_loop
+from .steering import heading_loop, seed_warnings
 from .store import store_lines
 from .voyages import voyages_fit
 
@@ -60,10 +60,11 @@ def command(arguments: argparse.Namespace) -> int:
     grid = depth_map(settings.depth.map) if settings.depth.enabled else None
     warnings += chart_warnings(grid)
     unused = strangers(vessel, [sensor.name for sensor in settings.sensors])
-    print(f"{arguments.config}: {verdict([*warnings, *of_store, *unused])}")
+    of_loop = seed_warnings(settings.steering, vessel)
+    print(f"{arguments.config}: {verdict([*warnings, *of_store, *of_loop, *unused])}")
     print(f"  vessel      {settings.system.name} (system id {settings.system.system_id}), hull '{vessel.name}'")
     print(f"  speed       top {top_speed_mps(vessel):.1f} m/s, cruise {settings.mission.cruise_speed_mps:.1f} m/s")
-    print("\n".join(heading_loop(settings.steering, vessel)))
+    print("\n".join([*heading_loop(settings.steering, vessel), *(f"  WARNING     {text}" for text in of_loop)]))
     print(f"  stopping    {stopping_distance_m(vessel, settings.mission.cruise_speed_mps):.1f} m from cruise speed")
     print(f"  keel        {vessel.keel_depth_m:g} m below the waterline (hull file)")
     for sensor in settings.sensors:
