@@ -83,6 +83,53 @@ def test_a_boat_at_her_berth_or_on_a_calm_line_truly_repeats_a_heading(speed_mps
         assert made.state.heading_valid
 
 
+def hung_in_a_turn(sensors: SimulatedSensors, seconds: float) -> tuple[SensorRig, list[float]]:
+    """A compass that repeats its last digits for so long in a turn of 17 deg/s, then is right; how far off the heading is since then."""
+    made = SensorRig(circle(5.0, 1.5, (0.0, 0.3)), sensors=sensors)
+
+    def ask(here: SensorRig) -> None:
+        here.estimator.note_turn(here.now_us, 0.05, 0.3)
+
+    made.run(20.0, ask)
+    made.suite.faults.heading_frozen = True
+    made.run(seconds, ask)
+    made.suite.faults.heading_frozen = False
+    made.run(0.2, ask)
+    off: list[float] = []
+    for _ in range(80):
+        made.run(0.1, ask)
+        off.append(off_deg(made))
+    return made, off
+
+
+@pytest.mark.parametrize("seconds", [1.0, 2.0, 3.0])
+@pytest.mark.parametrize("rate_hz", [0.0, 10.0])
+def test_a_compass_that_hung_in_a_turn_is_believed_when_it_is_right_again(rate_hz: float, seconds: float) -> None:
+    made, off = hung_in_a_turn(SimulatedSensors(rate_hz=rate_hz), seconds)
+    assert not [text for _, _, text in made.texts if "Heading" in text]
+    assert max(off) < 5.0
+    assert made.state.drift_n_mps == pytest.approx(0.0, abs=0.2)
+    assert made.state.drift_e_mps == pytest.approx(0.3, abs=0.2)
+
+
+def test_while_it_hangs_the_rate_sensor_carries_the_heading() -> None:
+    made = SensorRig(circle(5.0, 1.5))
+    made.run(20.0)
+    made.suite.faults.heading_frozen = True
+    off: list[float] = []
+    made.run(3.5, lambda here: off.append(off_deg(here)))
+    assert max(off) < 8.0
+
+
+def test_a_rate_sensor_that_tells_of_turns_that_are_none_moves_no_coarse_compass() -> None:
+    """Whole degrees repeat for two seconds here, and 20 deg/s are told meanwhile: found out at the first new degree."""
+    boat = Boat()
+    boat.run([degrees("GPHDT", 0.5), Talker(lambda t_s: f"TIROT,{1200.0 if t_s > 10.0 else 0.0},A")], 60.0)
+    assert None not in boat.yaw_deg[2:]
+    settled = [(0.05 * 0.5 * tick, yaw) for tick, yaw in enumerate(boat.yaw_deg) if tick > 300 and yaw is not None]
+    assert max(abs(yaw - true) for true, yaw in settled) < 25.0
+
+
 def degrees(address: str, dps: float) -> Talker:
     """A compass of whole degrees on a boat that turns so fast."""
     return Talker(lambda t_s: f"{address},{round(dps * t_s) % 360:.0f},T")

@@ -123,7 +123,9 @@ class Compasses:
         self.angles = angles
         if choice.moved and choice.settles(angles.t_us):
             track.move(angles.t_us, psi_rad)
-        track.update_heading(angles.t_us, psi_rad, goes_against)
+        elif self.watch.hung_s and not track.expects(angles.t_us, psi_rad):
+            self._distrust(angles.t_us, self.watch.hung_s)
+        track.update_heading(angles.t_us, wrap_pi(psi_rad + self.watch.hidden_rad), goes_against)
         return True
 
     def _is_repeated(self, angles: EulerAngles, link: int, psi_rad: float, goes_against: GoesAgainst) -> bool:

@@ -4,6 +4,8 @@ one could not have missed.
 A boat at her berth, or on a calm straight line, may truly repeat a heading for minutes. So the same digits alone say nothing: a sensor's
 turn rate, the course through the water, or where that is too slow to tell, the turn that was asked of thrusters and rudders must have gone
 far beyond what any compass hides. A course that stays vouches for the compass against the other two.
+
+One that hangs for a moment is not given up: what a rate sensor tells meanwhile is added to the digits that it repeats.
 """
 
 from __future__ import annotations
@@ -46,6 +48,15 @@ _MOVES_MPS: Final = 0.2
 """A boat that is tied, or on her trailer, does not turn for thrust. One that turns on the spot is moved by it, if only by so much."""
 _PAUSE_S: Final = 1.5
 """A gap in what tells of the turn counts as no more than this."""
+_HIDES_RAD: Final = math.radians(3.0)
+"""Whole degrees and noise hide less of a turn,"""
+_HANGS_RADPS: Final = math.radians(3.0)
+"""and no rate sensor that is sold is off by so much: beyond both it is the compass that hangs."""
+_HUNG_S: Final = 0.5
+_HUNG_RAD: Final = math.radians(20.0)
+"""Without a rate sensor, one that hung for so long, while so much of a turn was asked for,"""
+_AS_ASKED: Final = (0.5, 2.5)
+"""is believed when it shows this share of it: the file of the hull is wrong by half, and what was asked for began at the turn that hung."""
 
 _SLACK_M: Final = 1.0
 _SIGMAS: Final = 3.0
@@ -57,6 +68,10 @@ _FAR: Final = 5.0
 _LEADS_MPS: Final = 0.4
 """What a receiver at rest tells as speed, always in one direction, is less."""
 _GAP_US: Final = 3_000_000
+
+
+Digits = tuple[float | None, float | None]
+"""What a compass says: the true heading, the magnetic one."""
 
 
 class FrozenWatch:
@@ -192,12 +207,19 @@ class RepeatWatch:
     """Watches the compass that is used."""
 
     def __init__(self) -> None:
-        self._digits: tuple[float | None, float | None] | None = None
+        self._digits: Digits | None = None
         self._key: object = None
         self._since_us = self._last_us = 0
         self._rate_us: int | None = None
         self._moves = False
         self._rate, self._course, self._asked = Swing(), _Course(), Swing()
+        self._told_us: int | None = None
+        self._unshown_rad = 0.0
+        """By how far the vessel has turned by a rate sensor since the digits changed."""
+        self._rate_lies = False
+        """Whether the compass last moved without the turn that the rate sensor told of."""
+        self.hung_s = 0.0
+        """For how long the heading was wrong, where digits that have just changed show that it was; else 0."""
 
     @property
     def is_same(self) -> bool:
@@ -214,8 +236,21 @@ class RepeatWatch:
         """For how long one heading has been repeated."""
         return (self._last_us - self._since_us) * 1e-6
 
+    @property
+    def hidden_rad(self) -> float:
+        """How far the vessel has turned since the compass began to hang; 0 for one that lives, or has long been the same.
+
+        That one is a matter of proof: the rate sensor may be the one that is wrong.
+        """
+        if not self.is_same or self._rate_lies or self.same_s >= _SAME_US * 1e-6:
+            return 0.0
+        return self._unshown_rad if abs(self._unshown_rad) > _HIDES_RAD + _HANGS_RADPS * self.same_s else 0.0
+
     def note_rate(self, t_us: int, r_radps: float) -> None:
         """Take what a sensor tells of the turn rate."""
+        if self._told_us is not None:
+            self._unshown_rad += r_radps * min(max((t_us - self._told_us) * 1e-6, 0.0), _PAUSE_S)
+        self._told_us = t_us
         if not self.is_same:
             self._rate_us = None
             return
@@ -237,15 +272,35 @@ class RepeatWatch:
 
     def hear(self, key: object, angles: EulerAngles) -> str:
         """Take the heading of the source that is used; return what proves that it is repeated, in words, empty if nothing does."""
-        digits = (angles.psi_rad, angles.psi_magnetic_rad)
+        digits: Digits = (angles.psi_rad, angles.psi_magnetic_rad)
+        self.hung_s = 0.0
         if digits != self._digits or key != self._key:
-            self._digits, self._key = digits, key
+            if key == self._key and self.is_same and self._shows_more(digits):
+                self.hung_s = self.same_s
+            self._digits, self._key, self._unshown_rad = digits, key, 0.0
             if self.is_same:
                 self._forget()
             self._since_us = self._last_us = angles.t_us
             return ""
         self._last_us = angles.t_us
         return self._proof() if self._last_us - self._since_us >= _SAME_US else ""
+
+    def _shows_more(self, digits: Digits) -> bool:
+        """Whether new digits show that the heading was wrong while they were the same, and learn what the rate sensor is worth.
+
+        By a turn that was asked for, and hidden; or because the turn that a rate sensor told of, and that was added, was none.
+        """
+        pairs = zip(digits, self._digits or digits, strict=True)
+        moved_rad = next((wrap_pi(now - was) for now, was in pairs if now is not None and was is not None), 0.0)
+        if self._told_us is not None and self._told_us > self._since_us:
+            lied, hidden_rad = self._rate_lies, self.hidden_rad
+            if abs(self._unshown_rad) > _HIDES_RAD:
+                self._rate_lies = abs(moved_rad) < abs(wrap_pi(moved_rad - self._unshown_rad))
+            return hidden_rad != 0.0 and self._rate_lies and not lied
+        asked_rad, (least, most) = self._asked.angle_rad, _AS_ASKED
+        if self.same_s < _HUNG_S or abs(asked_rad) < _HUNG_RAD:
+            return False
+        return least * abs(asked_rad) < math.copysign(moved_rad, moved_rad * asked_rad) < most * abs(asked_rad)
 
     def _forget(self) -> None:
         self._rate.clear()
