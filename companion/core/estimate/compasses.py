@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable
 from typing import Final
 
-from mavlink_bridge.language.messages import EulerAngles, Severity
+from mavlink_bridge.language.messages import EulerAngles, GpsFix, Severity
 from mavlink_bridge.language.units import wrap_pi
 
 from .heading import HeadingTrack
@@ -15,12 +15,15 @@ from .in_turn import InTurn
 from .repeats import RepeatWatch
 from .sources import SOURCES_MAX, UNLABELLED, Choice, Key, Texts, degrees, source_name
 from .told import ComesAndGoes
+from .witness import WINDOW_US, TurnWitness
 
 _APART_RAD: Final = math.radians(4.0)
 """Two compasses that are further apart than this are not both right: no noise or lag explains it in the mean of 3 s."""
 _IN_TURN: Final = (math.radians(5.0), math.radians(60.0))
 """Two that are further apart than this are told to be two under one name, where the heading changes faster than hulls turn."""
 _REPEATS: Final = "repeats one heading"
+_AGAINST: Final = "contradicts the turns"
+_ANEW: Final = "It is believed again after a turn of 60 deg that it goes along with: by hand"
 
 
 def _of_chord(chord: float) -> str:
@@ -45,6 +48,9 @@ class Compasses:
         self._told = ComesAndGoes()
         self._newest: dict[Key, tuple[int, float]] = {}
         self._repeated: dict[Key, tuple[float | None, float | None]] = {}
+        self._turns: dict[Key, TurnWitness] = {}
+        """Of the one that counts, and of each that is given up for what its turns are."""
+        self._against: set[Key] = set()
 
     @property
     def used(self) -> str:
@@ -55,6 +61,18 @@ class Compasses:
     def apart(self) -> str:
         """Which two compasses are further apart than a jump, in words; empty where none are."""
         return self._choice.apart(math.radians(self._track.config.heading_jump_deg))
+
+    def note_rate(self, t_us: int, r_radps: float) -> None:
+        """Take what a sensor tells of the turn rate."""
+        self.watch.note_rate(t_us, r_radps)
+        for turns in self._turns.values():
+            turns.note_rate(t_us, r_radps)
+
+    def note_fix(self, fix: GpsFix, drift_mps: tuple[float, float], least_mps: float) -> None:
+        """Take a fix, the drift, and the least speed through the water at which a course is one."""
+        self.watch.note_fix(fix, drift_mps, least_mps)
+        for turns in self._turns.values():
+            turns.note_fix(fix, drift_mps)
 
     def update(self, angles: EulerAngles, link: int, goes_against: GoesAgainst) -> bool:
         """Take a heading; True when its compass is the one that counts."""
@@ -67,7 +85,7 @@ class Compasses:
             return shown
         label = angles.source or UNLABELLED
         self._in_turn.take((link, label.address), source_name(label, link), t_us, cmath.rect(1.0, psi_rad))
-        if self._is_repeated(angles, link, psi_rad, goes_against):
+        if self._is_repeated(angles, link, psi_rad, goes_against) or self._is_against(angles, link, psi_rad):
             return False
         self._keep(angles, link, psi_rad)
         used = choice.is_chosen(angles.source, link)
@@ -120,6 +138,8 @@ class Compasses:
             choice.bar(_REPEATS)
             self._distrust(angles.t_us, self.watch.same_s)
             return False
+        if choice.chosen is not None and self._turns_otherwise(choice.chosen, angles.t_us, psi_rad):
+            return False
         self.angles = angles
         if choice.moved and choice.settles(angles.t_us):
             track.move(angles.t_us, psi_rad)
@@ -127,6 +147,33 @@ class Compasses:
             self._distrust(angles.t_us, self.watch.hung_s)
         track.update_heading(angles.t_us, wrap_pi(psi_rad + self.watch.hidden_rad), goes_against)
         return True
+
+    def _turns_otherwise(self, key: Key, t_us: int, psi_rad: float) -> bool:
+        """Whether the compass that counts has just been found to turn otherwise than the vessel: it is given up."""
+        if key not in self._turns:
+            self._turns = {known: turns for known, turns in self._turns.items() if known in self._against}
+            self._turns[key] = TurnWitness()
+        if not self._turns[key].hear(t_us, psi_rad):
+            return False
+        self._against.add(key)
+        said = f"Heading: {self._choice.used} {_AGAINST} that turn rate and course tell: not used"
+        self._texts.append((Severity.ERROR, said))
+        self._texts.append((Severity.INFO, _ANEW))
+        self._choice.bar(_AGAINST)
+        self._distrust(t_us, WINDOW_US * 1e-6)
+        return True
+
+    def _is_against(self, angles: EulerAngles, link: int, psi_rad: float) -> bool:
+        """Whether a compass is given up for its turns; it is believed again once it has gone along with one."""
+        key = (link, "" if angles.source is None else angles.source.address)
+        if key not in self._against:
+            return False
+        if self._turns[key].hear(angles.t_us, psi_rad) is not False:
+            return True
+        self._against.discard(key)
+        self._choice.lift(key, angles.t_us)
+        self._texts.append((Severity.INFO, f"Heading: {self._choice.name(key)} goes along with the turns again"))
+        return False
 
     def _is_repeated(self, angles: EulerAngles, link: int, psi_rad: float, goes_against: GoesAgainst) -> bool:
         """Whether a compass still says what it was given up for; once it says something else it is believed again."""

@@ -295,7 +295,7 @@ class Estimator:
         attitude = self._attitude_at(t_us)
         water_mps = self._own.modelled_mps[0] if self._own.modelled_mps else None
         moving = self._way.is_made(fix, attitude.psi_rad, water_mps=water_mps, drift_mps=self._water.known_mps)
-        self._compasses.watch.note_fix(fix, self._water.known_mps, self._course_mps)
+        self._compasses.note_fix(fix, self._water.known_mps, self._course_mps)
         antenna = self._geometry.antenna_of(link)
         told = self._position.update(
             fix, t_us, attitude, moving, antenna, anew=self._receivers.period_s if anew else None
@@ -355,7 +355,7 @@ class Estimator:
             if self._rate is None or rate.r_radps != self._rate[0]:
                 self._rate_since_us = rate.t_us
             self._rate = (rate.r_radps, rate.t_us)
-            self._compasses.watch.note_rate(rate.t_us, rate.r_radps)
+            self._compasses.note_rate(rate.t_us, rate.r_radps)
             self._heading.update_rate(rate)
             return True
         self._rates.compare_newest(rate, link, value=rate.r_radps, used=self._rate, limit=_RATE_APART_RADPS)

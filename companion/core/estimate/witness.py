@@ -1,4 +1,4 @@
-"""Whether thrust moves the vessel where the compass says that her bow points: what no drift can feign.
+"""What speaks against a compass: thrust that moves the vessel elsewhere than her bow points, and turns that it tells otherwise.
 
 Current and wind carry a vessel anywhere, but what they add does not change as her own thrust does. What does is her way through the
 water, along the bow. So the changes of the velocity over ground are compared with those that the modelled way along the bow should
@@ -6,6 +6,9 @@ bring: with a right compass they go together, with a wrong one they go together 
 
 What counts is what the fixes tell, not what is predicted from them: a prediction turns with the heading that is in question. Where they
 tell no velocity, their places over some seconds do, beside those where the modelled way alone would have led to.
+
+A compass that counts the wrong way round, or hardly at all, is right on one heading. It shows in each turn: a rate sensor and the course
+through the water tell of one turn, the compass of another. One voice against it proves nothing, for that one may be wrong itself.
 """
 
 from __future__ import annotations
@@ -13,8 +16,11 @@ from __future__ import annotations
 import cmath
 import math
 from collections import deque
+from dataclasses import dataclass
 from typing import Final
 
+from mavlink_bridge.language.messages import GpsFix
+from mavlink_bridge.language.units import wrap_pi
 from mavlink_bridge.language.value import value
 
 _MEAN_S: Final = 8.0
@@ -61,6 +67,38 @@ _JITTER_S: Final = 0.05
 """A fix that comes by its clock a little later is still within it."""
 _FILLED: Final = 0.8
 """Over less than this share of it there are too few."""
+
+_LOOK_US: Final = 500_000
+WINDOW_US: Final = 15_000_000
+"""A turn and what it leaves behind take less; a rate sensor that is off by a degree a second is no witness for longer."""
+_TURN_OFF_RAD: Final = math.radians(35.0)
+"""A compass that a hull's iron turns by 15 degrees, and a rate sensor's share, are less apart in any turn;"""
+_OFF_RADPS: Final = math.radians(1.0)
+"""more, where the turn took longer: those that are sold are off by half of it;"""
+_OFF_SHARE: Final = 0.05
+"""more, where it was wider;"""
+_LATE_S: Final = 2.0
+"""and where it was quicker: a damped magnetic compass comes so late."""
+_QUICK_US: Final = 4_000_000
+"""Twice that after a turn nothing is left of it."""
+_LEAP_RAD: Final = math.radians(20.0)
+_LEAP_SHARE: Final = 2.5
+"""Between two headings: further apart than this beside so many times the turn they leapt, and a turn since before tells nothing."""
+_LEAST_TURN_RAD: Final = math.radians(20.0)
+"""A sensor that tells of no turn may be dead."""
+_MOST_RAD: Final = math.radians(150.0)
+"""Towards half round a turn and a course are alike to either side."""
+_NEARER_RAD: Final = math.radians(30.0)
+"""So much nearer to the turn of the rate sensor than to the compass's the course must be: slip, and water that changes, are less."""
+_WAY_MPS: Final = 0.5
+"""A slower way through the water tells of no course: an eddy turns it."""
+_GROUND_TAU_S: Final = 1.0
+_HEARD_US: Final = 2_500_000
+"""After a longer pause of the compass, or of the rate sensor, turns are not known."""
+_GOES_WITH_RAD: Final = math.radians(60.0)
+"""One that was given up is believed again after a turn of so much by the rate sensor,"""
+_GOES_WITHIN_RAD: Final = math.radians(20.0)
+"""from which it was off by no more than this: too little for one that is magnetised, counts double or the wrong way."""
 
 _Pair = tuple[float, float]
 
@@ -186,3 +224,122 @@ class ThrustWitness:
             self._held_s, self._since_rad = 0.0, off_rad
         self._held_s += dt_s
         return off_rad if self._held_s >= (_HELD_BY_ROUGH_S if is_rough else _HELD_S) else None
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """What was known at one moment."""
+
+    t_us: int
+    turned_rad: float
+    """By the rate sensor, since whenever."""
+    off_rad: float
+    """How much more the compass has turned."""
+    quick_radps: float
+    """The quickest turn just before."""
+    ground: complex | None
+    """Velocity over ground, NED."""
+    drift: complex
+    """What the water did, as far as known."""
+
+
+class TurnWitness:
+    """Watches how one compass goes along with turns."""
+
+    def __init__(self) -> None:
+        self._past: deque[_Look] = deque()
+        self._psi_rad: float | None = None
+        self._heard_us = 0
+        self._rate_us: int | None = None
+        self._turned_rad = self._heard_rad = self._off_rad = 0.0
+        self._quick: deque[tuple[int, float]] = deque()
+        self._ground: complex | None = None
+        self._fix_us = 0
+        self._drift = 0j
+
+    def note_rate(self, t_us: int, r_radps: float) -> None:
+        """Take what a sensor tells of the turn rate."""
+        since_us, self._rate_us = None if self._rate_us is None else t_us - self._rate_us, t_us
+        if since_us is None or not 0 <= since_us < _HEARD_US:
+            self._begin()
+            return
+        self._turned_rad += r_radps * since_us * 1e-6
+        quick = self._quick
+        while quick and quick[-1][1] <= abs(r_radps):
+            quick.pop()
+        quick.append((t_us, abs(r_radps)))
+        while t_us - quick[0][0] > _QUICK_US:
+            quick.popleft()
+
+    def note_fix(self, fix: GpsFix, drift_mps: _Pair) -> None:
+        """Take a fix and what is thought of the water."""
+        if fix.sog_mps is None or fix.cog_rad is None:
+            return
+        ground, share = cmath.rect(fix.sog_mps, fix.cog_rad), (fix.t_us - self._fix_us) * 1e-6 / _GROUND_TAU_S
+        before = ground if self._ground is None else self._ground
+        self._ground, self._fix_us = before + min(max(share, 0.0), 1.0) * (ground - before), fix.t_us
+        self._drift = complex(*drift_mps)
+
+    def hear(self, t_us: int, psi_rad: float) -> bool | None:
+        """Take a heading. True: rate sensor and course contradict it. False: it went along with a wide turn. None: nobody knows."""
+        before, silent_us = self._psi_rad, t_us - self._heard_us
+        if psi_rad == before and silent_us < _HEARD_US:
+            return None  # one that hangs is another's matter
+        step_rad = 0.0 if before is None else self._turned_rad - self._heard_rad
+        apart_rad = 0.0 if before is None else wrap_pi(psi_rad - before - step_rad)
+        self._psi_rad, self._heard_us, self._heard_rad = psi_rad, t_us, self._turned_rad
+        if silent_us >= _HEARD_US or abs(apart_rad) > _LEAP_RAD + _LEAP_SHARE * abs(step_rad):
+            self._begin()
+            return None
+        self._off_rad += apart_rad
+        if self._rate_us is None or t_us - self._rate_us > _HEARD_US:
+            return None
+        return self._look(t_us) if not self._past or t_us - self._past[-1].t_us >= _LOOK_US else None
+
+    def _begin(self) -> None:
+        self._past.clear()
+        self._quick.clear()
+
+    def _look(self, t_us: int) -> bool | None:
+        quick_radps = self._quick[0][1] if self._quick else 0.0
+        now = _Look(t_us, self._turned_rad, self._off_rad, quick_radps, self._ground, self._drift)
+        past = self._past
+        while past and t_us - past[0].t_us > WINDOW_US:
+            past.popleft()
+        contradicts = any(_contradicts(before, now) for before in past)
+        goes_along = any(_goes_along(before, now) for before in past)
+        past.append(now)
+        if contradicts:
+            return True
+        return False if goes_along else None
+
+
+def _goes_along(before: _Look, now: _Look) -> bool:
+    turned_rad, off_rad = now.turned_rad - before.turned_rad, now.off_rad - before.off_rad
+    return abs(turned_rad) > _GOES_WITH_RAD and abs(off_rad) < _GOES_WITHIN_RAD
+
+
+def _contradicts(before: _Look, now: _Look) -> bool:
+    turned_rad, off_rad = now.turned_rad - before.turned_rad, now.off_rad - before.off_rad
+    if not _LEAST_TURN_RAD < abs(turned_rad) < _MOST_RAD:
+        return False
+    allowed_rad = _TURN_OFF_RAD + _OFF_RADPS * (now.t_us - before.t_us) * 1e-6 + _OFF_SHARE * abs(turned_rad)
+    if abs(off_rad) < allowed_rad + _LATE_S * (before.quick_radps + now.quick_radps):
+        return False
+    if before.ground is None or now.ground is None:
+        return False
+    # A compass that is wrong teaches a wrong drift: the one before counts, and where that is wrong itself, none must say the same.
+    return all(
+        _bears_out(before.ground - drift, now.ground - drift, turned_rad, off_rad) for drift in (before.drift, 0j)
+    )
+
+
+def _bears_out(was: complex, now: complex, turned_rad: float, off_rad: float) -> bool:
+    """Whether a course turned as the rate sensor tells, and not as the compass does."""
+    if min(abs(was), abs(now)) < _WAY_MPS:
+        return False
+    course_rad = cmath.phase(now * was.conjugate())
+    if not _LEAST_TURN_RAD < abs(course_rad) < _MOST_RAD or course_rad * turned_rad < 0.0:
+        return False
+    by_compass_rad = abs(wrap_pi(course_rad - turned_rad - off_rad))
+    return abs(wrap_pi(course_rad - turned_rad)) + _NEARER_RAD < by_compass_rad
