@@ -55,7 +55,8 @@ _GAP_S: Final = 0.5
 _NO_FIX_S: Final = 3.2
 """nor after a longer one of the fixes: three of the slowest receiver's."""
 _SMOOTH_S: Final = 1.0
-"""A velocity that is told is smoothed by so much, and the modelled one alike: five times a second its noise would hide half a way."""
+"""A velocity that is told without RTK is smoothed by so much, and the modelled one alike: five times a second its noise would hide
+half a way."""
 _SMOOTH_FIXES: Final = 1.5
 """Once a second by so many fixes: it would hide a whole way of a metre and a half a second."""
 _ROUGH_M: Final = 0.12
@@ -184,14 +185,18 @@ class ThrustWitness:
         self._fix_us = told.t_us
         self._led += 0.5 * since_s * (self._last + through)
         self._last = through
-        made = self._places.take(told, self._led) if told.mps is None else self._smooth(since_s, complex(*told.mps))
+        is_plain = told.sigma_m > _ROUGH_M
+        if told.mps is None:
+            made = self._places.take(told, self._led)
+        else:
+            part = min(since_s / _SMOOTH_S, 1.0 / _SMOOTH_FIXES) if is_plain else 1.0
+            made = self._smooth(part, complex(*told.mps))
         if made is None:
             return None
         self._compare(since_s, *made)
-        return self._judged(since_s, is_rough=told.mps is None and told.sigma_m > _ROUGH_M)
+        return self._judged(since_s, is_rough=told.mps is None and is_plain)
 
-    def _smooth(self, dt_s: float, ground: complex) -> tuple[complex, complex]:
-        part = min(dt_s / _SMOOTH_S, 1.0 / _SMOOTH_FIXES)
+    def _smooth(self, part: float, ground: complex) -> tuple[complex, complex]:
         was_ground, was_through = self._smoothed or (ground, self._last)
         self._smoothed = was_ground + part * (ground - was_ground), was_through + part * (self._last - was_through)
         return self._smoothed
