@@ -2,13 +2,15 @@
 
 import itertools
 import math
+import random
 
 import pytest
 
 from companion.core.guard.diagnosis import Cause, Diagnosis, words
 from companion.core.guard.propulsion import PropulsionWatch
 from mavlink_bridge.language.figures import Circle, Hover
-from mavlink_bridge.language.messages import EstimatedState, Loiter
+from mavlink_bridge.language.messages import EstimatedState, Loiter, Mode
+from mavlink_bridge.language.requests import Arm, ManualInput
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
 from tools.benches.cells.control_cells import WATERS, Case
@@ -194,3 +196,64 @@ def test_the_operator_is_told_and_the_boat_sails_on(voyage):
     assert trip.texts.count("Suspected: rudders stuck or free") == 1
     assert trip.snapshot.armed
     assert trip.snapshot.mode.name == "AUTO"
+
+
+TICK_OF_TUG_S = 0.05
+
+
+class Tug:
+    """Pulls a boat by a rope of 5 m at her bow, eastward."""
+
+    def __init__(self, trip, speed_mps):
+        self.hull, self.speed_mps = trip.world.surroundings.plant.vessel, speed_mps
+        self.north_m, self.east_m, self.for_s = self.hull.north_m, self.hull.east_m + 4.5, 0.0
+
+    def pull(self):
+        hull, dt_s = self.hull, TICK_OF_TUG_S
+        self.for_s += dt_s
+        tug_mps = self.speed_mps * min(self.for_s / 6.0, 1.0)
+        self.east_m += tug_mps * dt_s
+        ahead, aside = math.cos(hull.psi_rad), math.sin(hull.psi_rad)
+        north, east = self.north_m - hull.north_m - ahead, self.east_m - hull.east_m - aside
+        length_m = math.hypot(north, east)
+        if length_m <= 5.0:
+            return
+        north, east = north / length_m, east / length_m
+        apart_mps = (tug_mps - hull.ve_mps) * east - hull.vn_mps * north
+        pull_mps2 = max(0.0, min(0.6 * (length_m - 5.0), 3.0) + 0.5 * apart_mps)
+        hull.u_mps += dt_s * pull_mps2 * (north * ahead + east * aside)
+        side_mps2 = pull_mps2 * (east * ahead - north * aside)
+        hull.v_mps += dt_s * side_mps2
+        hull.r_radps += dt_s * 1.2 * side_mps2
+
+
+def sticks(seed):
+    """Somebody who tries the thrusters now and then, tick by tick: ahead and yaw."""
+    rng = random.Random(seed)
+    while True:
+        ahead = -1.0 if rng.random() < 0.4 else 1.0
+        turns = rng.random() < 0.4
+        if turns:
+            asked = (0.0, rng.choice((-1.0, 1.0)) * rng.uniform(0.5, 1.0))
+        else:
+            asked = (ahead * rng.uniform(0.3, 1.0), rng.uniform(-1.0, 1.0))
+        yield from itertools.repeat(asked, round(rng.uniform(1.0, 4.0) / TICK_OF_TUG_S))
+        yield from itertools.repeat((0.0, 0.0), round(rng.uniform(1.0, 6.0) / TICK_OF_TUG_S))
+
+
+@pytest.mark.parametrize("seed", [2, 4])
+def test_a_boat_on_a_tow_rope_has_sound_thrusters(voyage, seed):
+    """Pulled by more than a gale at 2.5 m/s, and turned by her helm, she fitted a thruster that pushes the wrong way best."""
+    trip = voyage("vessel='blueboat'", "depth.enabled=false", seed=seed)
+    trip.run(13.0)
+    trip.ask(Arm(arm=True))
+    trip.mode(Mode.MANUAL)
+    tug, hands = Tug(trip, 2.5), sticks(seed)
+    for tick in range(round(30.0 / TICK_OF_TUG_S)):
+        trip.world.app.submit(ManualInput(*next(hands), 255), lambda reply: None)
+        if tick * TICK_OF_TUG_S > 5.0:
+            tug.pull()
+        trip.step()
+    assert trip.truth.east_m > 40.0
+    told = [text for text in trip.texts if text.startswith("Suspected")]
+    assert not [text for text in told if "a tow" not in text], "held, or towed, is true"

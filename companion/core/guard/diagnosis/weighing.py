@@ -118,7 +118,7 @@ class Weighing:
         self._base = _ENOUGH_ON_STATION if sample.on_station else _ENOUGH
         self._missing = max(_QUIET, min(self._weather.gale_share, 1.0))
         self.opinion = self._opinion()
-        return self._decide(step_s, sample.on_station)
+        return self._decide(step_s, sample)
 
     def _weigh(self, step_s: float, sample: Sample, noise: HealthyNoise) -> None:
         healthy = self._healthy(sample, noise)
@@ -153,8 +153,12 @@ class Weighing:
             push[axis] = max(-most, min(most, followed))
         return bounded, tailed
 
-    def _decide(self, step_s: float, on_station: bool) -> Cause | None:
-        score, among = self._score, self._among
+    def _leaves_n(self, sample: Sample, suspect: int) -> float:
+        """The surge force that a suspect and the weather beside it leave unexplained."""
+        return abs(sample.unexplained[0] - sample.effects[suspect][0] - self._pushes[suspect][0])
+
+    def _decide(self, step_s: float, sample: Sample) -> Cause | None:
+        score, among, on_station = self._score, self._among, sample.on_station
         best = max(range(len(score)), key=score.__getitem__)
         cause = among[best].cause
         ahead = score[best] - max(score[k] for k, suspect in enumerate(among) if suspect.cause is not cause)
@@ -162,7 +166,9 @@ class Weighing:
         is_any = is_enough or any(
             against > self._enough(one.cause) for one, against in zip(among, self._against, strict=True)
         )
-        self._held_s = self._held_s + step_s if is_any else 0.0
+        # A boat on a tow rope is pulled with the force of a gale and more by what no thruster gives.
+        is_towed = self._leaves_n(sample, best) > self._bounds.most[0]
+        self._held_s = self._held_s + step_s if is_any and not is_towed else 0.0
         if not is_enough or self._held_s < _HELD_S:
             return None
         return cause if ahead > _APART * _HELD_S / self._held_s else None
