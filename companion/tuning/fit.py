@@ -77,7 +77,7 @@ _TO_MASS: Final = ("m22", "m33", "xu", "xuu", "yv", "yvv", "nr", "nrr", "ahead",
 receiver's and the estimator's filters, whose shape is known roughly. By so much, together, in trials of known hulls; by half of it where
 each fix stands as it was told."""
 
-_YAW_WIDTH: Final = 0.7
+YAW_WIDTH: Final = 0.7
 """A factor of two either way is nothing unusual,"""
 _FAR_OFF: Final = 1.6
 """and what lies beyond is told; nearer, the unknowns find it one by one."""
@@ -110,7 +110,9 @@ class Fit:
     untold: list[FitUnknown] = field(default_factory=list)
     """What the record cannot tell: left as the file had it."""
     samples: dict[str, Any] = field(default_factory=dict)
-    """Of the windows kept apart: time, measured, modelled, for pictures."""
+    """Of the windows kept apart: time, measured, modelled, for pictures, and the number of the run."""
+    sources: tuple[str, ...] = ()
+    """The runs, by that number."""
 
 
 def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress = lambda text: None) -> Fit:
@@ -123,11 +125,11 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     vessel, turning, x = rebased(vessel, used, noise, say)
     unknowns, drawn_per_s = unknowns_of(vessel, used), 0.0
     if x is not None:
-        noise = _noise_of(Problem(vessel, used, unknowns, noise), x)
+        noise = noise_of(Problem(vessel, used, unknowns, noise), x)
     for turn in range(1, _ROUNDS):
         problem = Problem(vessel, used, unknowns, noise, drawn_per_s=drawn_per_s)
         x = solve(problem, np.zeros(problem.size) if x is None else x, turn, say)
-        noise = _noise_of(problem, x)
+        noise = noise_of(problem, x)
         drawn_per_s = _DRAWN_PER_S if _turns_away(problem, x) else 0.0
     assert x is not None
     covariance = covariance_of(Problem(vessel, used, unknowns, noise, drawn_per_s=drawn_per_s), x)
@@ -151,6 +153,8 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     share = np.array([wider * (unsteady if u.name in ALONG else 1.0) for u in [*unknowns, *untold]])
     covariance = no_wider(np.outer(share, share) * _to_believe(unknowns, untold, covariance, by_fix))
     found = _told(vessel, unknowns, untold, theta=theta, covariance=covariance, after=after, before=before)
+    sources = tuple(dict.fromkeys(stretch.source for stretch in stretches))
+    found = replace(found, sources=sources)
     return replace(found, turning=turning, seconds=windows.count * WINDOW_S, wider=wider, unsteady=unsteady)
 
 
@@ -166,7 +170,7 @@ def _turns_away(problem: Problem, x: Array) -> bool:
     return yaw_plant(found, _UNDER_WAY * Statics(found).top_mps).grows_per_s > _NEARLY_PER_S
 
 
-def _noise_of(problem: Problem, x: Array) -> Noise:
+def noise_of(problem: Problem, x: Array) -> Noise:
     """What the record scatters by, and how steady its current is."""
     noise = Noise.of(problem.off(x), problem.measured)
     return replace(noise, drift=drift_change(problem.under(noise), x))
@@ -181,10 +185,10 @@ def rebased(
     yaw inertia and damping per moment only. Where that is far off, all of them are, and each by itself would be held back by the file.
     """
     unknowns = unknowns_of(vessel, used)
-    yaw = FitUnknown("yaw", 1.0, _YAW_WIDTH, True, low=-4.0, high=4.0)
+    yaw = FitUnknown("yaw", 1.0, YAW_WIDTH, True, low=-4.0, high=4.0)
     problem = Problem(vessel, used, [*unknowns, yaw], noise)
     x = solve(problem, np.zeros(problem.size), 0, say)
-    share = float(np.exp(_YAW_WIDTH * x[len(unknowns)]))
+    share = float(np.exp(YAW_WIDTH * x[len(unknowns)]))
     if 1.0 / _FAR_OFF < share < _FAR_OFF:
         return vessel, 1.0, _without_yaw(unknowns, x)
     hull = {name: share * getattr(vessel.hull, name) for name in ("m33_kgm2", "nr", "nrr", "nur")}
@@ -196,7 +200,7 @@ def _without_yaw(unknowns: list[FitUnknown], x: Array) -> Array:
     count = len(unknowns)
     for k, u in enumerate(unknowns):
         if u.name in TOGETHER["yaw"] and u.relative:
-            x[k] += _YAW_WIDTH * x[count] / u.width
+            x[k] += YAW_WIDTH * x[count] / u.width
     return np.delete(x, count)
 
 
@@ -276,15 +280,20 @@ def _judge(
     own = np.full(problem.size - len(unknowns), np.inf)
     held = Box(np.concatenate([theta, -own]), np.concatenate([theta, own]))
     x = settled(problem, np.concatenate([theta, np.zeros(len(own))]), held, lambda step: None)
+    measured = problem.measured
+    times = windows.starts[None] + problem.rows[:, None] * STEP_S
     _, nuisance = problem.split(x)
     modelled = problem.modelled(theta[None], nuisance[None])[:, :, 0, :]
-    measured = problem.measured
-    errors = tuple(
-        float(np.sqrt(np.nanmean((modelled[:, k] - measured[:, k]) ** 2)) / max(float(np.nanstd(measured[:, k])), 1e-6))
-        for k in range(3)
+    return errors_of(problem, x), {"times": times, "measured": measured, "modelled": modelled, "voyage": windows.voyage}
+
+
+def errors_of(problem: Problem, x: Array) -> tuple[float, float, float]:
+    """RMS over standard deviation of surge, sway, yaw rate: what of the motion a point leaves unexplained."""
+    off, measured = problem.off(x), problem.measured
+    surge, sway, yaw = (
+        float(np.sqrt(np.nanmean(off[:, k] ** 2)) / max(float(np.nanstd(measured[:, k])), 1e-6)) for k in range(3)
     )
-    times = windows.starts[None] + problem.rows[:, None] * STEP_S
-    return errors, {"times": times, "measured": measured, "modelled": modelled}
+    return surge, sway, yaw
 
 
 def widened(unknowns: list[FitUnknown], deviation: Array, *, by_fix: bool) -> Array:

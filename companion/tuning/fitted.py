@@ -231,20 +231,26 @@ def changes(old: VesselConfig, new: VesselConfig, steering: SteeringConfig) -> l
 
 def doubt(fit: Fit) -> str:
     """Say, to whoever might adopt the file, what the fitted boat does not do as the recorded one did; "" when she does all."""
-    surge, sway, yaw = fit.errors
+    found = unexplained(fit.errors, _spread_of_sway(fit))
+    mend = "if it was calm, a column, sensor or lead is wrong; else sail a trial in calmer water"
+    return f"DO NOT adopt this file: {' and '.join(found)}; {mend}" if found else ""
+
+
+def unexplained(errors: tuple[float, float, float], sway_mps: float) -> list[str]:
+    """What of a recorded motion is not the model's doing, in words, by its errors and the standard deviation of sway."""
+    surge, sway, yaw = errors
     found = []
     if surge > _UNEXPLAINED_SURGE:
         found.append(
             f"her speed is hardly explained (error {surge:.2f}): wind and current did more than her propellers"
         )
-    if sway > _UNEXPLAINED_SWAY and sway * _spread_of_sway(fit) > _SWAY_MPS:
+    if sway > _UNEXPLAINED_SWAY and sway * sway_mps > _SWAY_MPS:
         found.append(
             f"her sideways motion is hardly explained (error {sway:.2f}): the sign of sway is wrong, or she was set about more than turned"
         )
     if yaw > _UNEXPLAINED_YAW:
         found.append(f"her turning is hardly explained (error {yaw:.2f}): waves turned her more than her helm")
-    mend = "if it was calm, a column, sensor or lead is wrong; else sail a trial in calmer water"
-    return f"DO NOT adopt this file: {' and '.join(found)}; {mend}" if found else ""
+    return found
 
 
 def _spread_of_sway(fit: Fit) -> float:

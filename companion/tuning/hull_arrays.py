@@ -38,6 +38,9 @@ COEFFICIENTS: Final = (
     *("area", "offset", "rudder_lag", "race_share"),
 )
 
+WIND_MOMENTS: Final = ("wind_turns_oblique", "wind_turns_abeam")
+"""Of the coefficient of the wind's moment, what the file does not know."""
+
 
 def coefficients(vessel: VesselConfig) -> dict[str, float]:
     """Return what a fit may change of a vessel, by short names, SI and radians."""
@@ -89,6 +92,7 @@ class HullArrays:
         q = 0.5 * RHO_AIR
         self._wind = (q * wind.cx * wind.frontal_m2, q * wind.cy * wind.lateral_m2)
         self._wind_n = -2.0 * q * wind.cn * wind.lateral_m2 * hull.length_m
+        self._wind_unit_n = q * wind.lateral_m2 * hull.length_m
         strip_m = hull.length_m / 5.0
         self._strip = RHO_WATER * hull.draught_m * hull.crossflow_cd * strip_m
         self._strips_m = tuple(strip_m * k for k in (-2, -1, 0, 1, 2)) if hull.crossflow_cd else ()
@@ -180,7 +184,7 @@ class HullArrays:
             wanted = np.clip(commands.rudder_rad[k] + c["offset"], -self._max_rad, self._max_rad)
             air = (zero, zero, zero)
             if blows:
-                air = self._air(commands.psi_rad[k], (wind[0] - drift[0], wind[1] - drift[1]), u, v)
+                air = self._air(c, commands.psi_rad[k], (wind[0] - drift[0], wind[1] - drift[1]), (u, v))
             for _ in range(SUBSTEPS):
                 revs = revs + (wanted_revs - revs) * spin
                 angle = angle + np.clip((wanted - angle) * turn, -self._rate * dt, self._rate * dt)
@@ -192,9 +196,15 @@ class HullArrays:
                 r = r + drawn.per_s * STEP_S * np.nan_to_num(drawn.rate[k] - out[k, 2])
         return out
 
-    def _air(self, psi: Array, wind: tuple[Array, Array], u: Array, v: Array) -> tuple[Array, Array, Array]:
-        """Wind force; the air's velocity relative to the water's drift is handed in."""
+    def _air(self, c: dict[str, Array], psi: Array, wind: tuple[Array, Array], way: tuple[Array, Array]) -> Any:
+        """Wind force; the air's velocity relative to the water's drift is handed in. What of its moment the file does not know stands in
+        ``c`` where a record is asked for it: more of the moment that changes sign abeam, and one of a house before or abaft the middle.
+        """
         cosine, sine = np.cos(psi), np.sin(psi)
-        a, b = cosine * wind[0] + sine * wind[1] - u, cosine * wind[1] - sine * wind[0] - v
+        a, b = cosine * wind[0] + sine * wind[1] - way[0], cosine * wind[1] - sine * wind[0] - way[1]
         speed = np.hypot(a, b)
-        return self._wind[0] * speed * a, self._wind[1] * speed * b, self._wind_n * a * b
+        moment = self._wind_n * a * b
+        if WIND_MOMENTS[0] in c:
+            oblique, abeam = (c[name] for name in WIND_MOMENTS)
+            moment = moment - self._wind_unit_n * (2.0 * oblique * a + abeam * speed) * b
+        return self._wind[0] * speed * a, self._wind[1] * speed * b, moment

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..core.hull import VesselConfig
 from .heard import EVERY, HeardRows, first_heard, late, smoothed
-from .hull_arrays import STEP_S, Drawn, HullArrays, coefficients
+from .hull_arrays import STEP_S, WIND_MOMENTS, Drawn, HullArrays, coefficients
 from .noise import Noise
 from .unknowns import FitUnknown
 from .voyages import SMOOTH_STEPS
@@ -63,6 +63,7 @@ class Problem:
         self.vessel, self.windows, self.unknowns, self.noise = vessel, windows, unknowns, noise
         self._drawn = Drawn(windows.measured[:, 2], drawn_per_s) if drawn_per_s else None
         self._hull, self._base = HullArrays(vessel), coefficients(vessel)
+        self._of_hull = {*self._base, *WIND_MOMENTS}
         count, steps = windows.count, windows.measured.shape[0]
         self.rows = np.arange(round(_SETTLED_S / STEP_S), steps - SMOOTH_STEPS // 2, EVERY)
         self._first = np.stack([first_heard(windows.measured[:, k]) for k in range(3)])
@@ -117,7 +118,7 @@ class Problem:
             if unknown.name in TOGETHER:
                 shares[unknown.name] = value
             else:
-                (c if unknown.name in c else extra)[unknown.name] = value
+                (c if unknown.name in self._of_hull else extra)[unknown.name] = value
         for together, share in shares.items():
             for name in TOGETHER[together]:
                 c[name] = c[name] * share

@@ -1,12 +1,15 @@
 """``companion check --voyage``: a file that fits is said to fit; fouling, load and a weak propeller are told by how much."""
 
+import math
+
+import numpy as np
 import pytest
 
 import config
 from companion.cli import main
 from companion.core.trial import TrialConfig
 from companion.io.recording.input_recorder import InputRecorder
-from companion.tuning.compare import Comparison, Share, compare
+from companion.tuning.compare import Comparison, Share, _attributed, compare
 from companion.tuning.voyages import read_voyage
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel as shipped
@@ -25,8 +28,8 @@ def worn(vessel, *, drag=1.0, mass=1.0, starboard=1.0):
     return vessel.model_copy(update={"hull": vessel.hull.model_copy(update=hull), "thruster": thruster})
 
 
-def sailed(vessel, file, seed=1):
-    sail_trial(vessel, SEA, TrialConfig(quick=True), file, seed=seed, source=SensedState(seed))
+def sailed(vessel, file, seed=1, sea=SEA):
+    sail_trial(vessel, sea, TrialConfig(quick=True), file, seed=seed, source=SensedState(seed))
     return file
 
 
@@ -106,6 +109,67 @@ def test_a_fouled_hull_that_is_also_loaded_is_told_as_both():
     assert told[1].startswith("what damps turning is 40 %")
 
 
+def straight_leg(file):
+    """200 s along one course, by a law that answers gusts."""
+    rows = ["t_s,heading_deg,thruster_port,thruster_starboard,speed_mps,yaw_rate_dps,lat_deg,lon_deg"]
+    north_m = 0.0
+    for k in range(2000):
+        wave = math.sin(0.1 * k)
+        north_m += 0.1 * (1.0 + 0.2 * wave)
+        command = f"{0.4 - 0.2 * wave:.4f}"
+        turned = f"{5.0 * wave:.3f},{command},{command},{1.0 + 0.2 * wave:.4f},{5.0 * math.cos(0.1 * k):.3f}"
+        rows.append(f"{0.1 * k:.1f},{turned},{50.0 + north_m / 111_200.0:.8f},8.0")
+    file.write_text("\n".join(rows) + "\n")
+    return file
+
+
+def test_one_straight_leg_tells_nothing_and_accuses_nobody(tmp_path, capsys):
+    """Sound boats on one leg were told of weaker propellers and looser rudders, three times in ten."""
+    assert main([*CHECK, "--voyage", str(straight_leg(tmp_path / "leg.csv"))]) == 0
+    told = capsys.readouterr().out
+    assert "cannot tell whether the file fits these voyages: she keeps one course: sail turns" in told
+    assert "fits        " not in told
+    assert "NO LONGER" not in told
+
+
+def test_what_is_told_more_widely_than_its_bar_is_no_evidence_for_the_file():
+    """ "The file fits" stood beside a speed that was a quarter too low, because drag was known within half."""
+    shares = {"thrust": Share(0.01, 0.05), "drag": Share(0.4, 0.5), "turning": Share(-0.1, 0.4)}
+    found = _compared((4.0, 4.0), (2.0, 8.0), shares)
+    assert found.findings == ()
+    assert found.unclear == "drag within ± 50 %, damping of turning within ± 40 %; sail turns and two speeds"
+    assert _compared((4.0, 4.0), (3.8, 4.2), {"drag": Share(0.02, 0.1)}).unclear == ""
+
+
+def attributed(thrust, drag, spread=0.05, scale=0.06):
+    return _attributed(np.array([thrust, drag]), spread**2 * np.eye(2) + scale**2)
+
+
+def test_a_ratio_of_thrust_and_drag_is_told_as_one_cause_with_what_looks_the_same():
+    """A fouled hull that looked a tenth too heavy was told of worn propellers."""
+    found = attributed(-0.08, 0.25)
+    assert not found.thrust.more
+    assert found.drag.more == pytest.approx(0.35, abs=0.05)
+    assert not found.either
+    found = attributed(-0.08, 0.25, scale=0.3)
+    assert found.drag.more == pytest.approx(0.38, abs=0.05)
+    assert found.either
+    compared = Comparison(
+        400.0, (1.6, 1.4), (4.0, 3.0), (2.0, 5.0), {"thrust": found.thrust, "drag": found.drag}, found.either
+    )
+    assert compared.findings[0].endswith("fouling, or something in tow; or the propellers give less")
+
+
+def test_a_change_of_scale_is_load_after_a_trial_and_nothing_after_a_voyage_in_a_blow():
+    """A sound boat that answered gusts was told to be twice as heavy."""
+    found = attributed(-0.24, -0.25)
+    assert found.thrust == found.drag
+    assert found.thrust.more == pytest.approx(-0.22, abs=0.02)
+    found = attributed(-0.67, -0.71, spread=0.08, scale=0.4)
+    for share, bar in ((found.thrust, 0.08), (found.drag, 0.15)):
+        assert not share.stands_out(bar)
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("name", ["otter", "blueboat", "wamv"])
 @pytest.mark.parametrize("seed", range(1, 6))
@@ -122,3 +186,12 @@ def test_each_change_is_told_by_its_name(tmp_path, name, change, word):
     found = compare(shipped(name), read_voyage(sailed(worn(shipped(name), **change), tmp_path / "a.csv")))
     assert len(found.findings) == 1, found
     assert word in found.findings[0]
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", ["otter", "blueboat", "wamv"])
+@pytest.mark.parametrize("seed", range(1, 4))
+def test_a_sound_boat_in_a_blow_is_accused_of_nothing(tmp_path, name, seed):
+    blow = WaterConfig(current_mps=0.3, wind_mps=9.0, wave_height_m=0.2)
+    found = compare(shipped(name), read_voyage(sailed(shipped(name), tmp_path / "a.csv", seed, blow)))
+    assert found.fits, (found.findings, found.rest_between_m)

@@ -44,6 +44,8 @@ def voyages_fit(runs: list[Path], vessel: VesselConfig) -> bool:
 
 
 def _judged(compared: Comparison) -> bool:
+    if compared.poor:
+        return _nothing(compared)
     (by_file_m, found_m), (least_m, most_m) = compared.rest_m, compared.rest_between_m
     print(
         f"  voyages     {_speeds(compared)}; way to rest from there {found_m:.1f} m ({least_m:.1f} to {most_m:.1f}), "
@@ -55,9 +57,8 @@ def _judged(compared: Comparison) -> bool:
         print(
             "  WARNING     the boat runs on farther than the guards reckon with: fit the file anew before sailing near anything"
         )
-    if compared.fits:
-        print("  fits        the file fits these voyages")
-    else:
+    _fits_or_unclear(compared)
+    if not compared.fits:
         print("  mend        fit it anew: companion tune vessel RUN, or clean what is fouled")
     return compared.fits
 
@@ -66,12 +67,29 @@ def _undecided(compared: Comparison) -> bool:
     """Of voyages by other files. A law that another file has tuned answers gusts otherwise, which looks like a lighter boat: nothing is
     held against a file for it; and the way to rest, which comes out too short, is not told.
     """
+    if compared.poor:
+        return _nothing(compared)
     print(f"  voyages     {_speeds(compared)}")
     if compared.fits:
-        print("  fits        the file fits these voyages")
+        _fits_or_unclear(compared)
     else:
         print("  undecided   sail by this file, and hold it against that voyage")
     return True
+
+
+def _nothing(compared: Comparison) -> bool:
+    """Of voyages that tell nothing: nothing is held against a file for that."""
+    print(f"  voyages     {compared.seconds:.0f} s")
+    print(f"  cannot tell whether the file fits these voyages: {compared.poor}")
+    return True
+
+
+def _fits_or_unclear(compared: Comparison) -> None:
+    """What does not stand out fits only where it is told closely enough."""
+    if compared.unclear:
+        print(f"  cannot tell {compared.unclear}")
+    elif compared.fits:
+        print("  fits        the file fits these voyages")
 
 
 def _speeds(compared: Comparison) -> str:
