@@ -112,6 +112,7 @@ def _sailed_by(run: Path) -> VesselConfig:
 
 def _stretches(runs: list[Path], columns: list[str]) -> list[Any]:
     from ..tuning.plausible import disbelieved
+    from ..tuning.same import taken_once
     from ..tuning.voyages import parse_columns, read_voyage
 
     try:
@@ -127,7 +128,7 @@ def _stretches(runs: list[Path], columns: list[str]) -> list[Any]:
             found += stretches
         except (OSError, ValueError) as error:
             raise ConfigError(str(run), [getattr(error, "strerror", None) or str(error)]) from None
-    return found
+    return taken_once(found, print)
 
 
 def _say_of(run: Path, text: str) -> None:

@@ -132,6 +132,15 @@ def test_one_straight_leg_tells_nothing_and_accuses_nobody(tmp_path, capsys):
     assert "NO LONGER" not in told
 
 
+def test_the_same_record_given_twice_is_named_and_taken_once(tmp_path, capsys):
+    one, copy = straight_leg(tmp_path / "one.csv"), straight_leg(tmp_path / "copy.csv")
+    assert main([*CHECK, "--voyage", str(one), str(copy), str(one)]) == 0
+    told = capsys.readouterr().out
+    assert f"{copy}: the same record as {one}, taken once" in told
+    assert f"{one}: given twice, taken once" in told
+    assert "voyages     192 s" in told
+
+
 def test_what_is_told_more_widely_than_its_bar_is_no_evidence_for_the_file():
     """ "The file fits" stood beside a speed that was a quarter too low, because drag was known within half."""
     shares = {"thrust": Share(0.01, 0.05), "drag": Share(0.4, 0.5), "turning": Share(-0.1, 0.4)}

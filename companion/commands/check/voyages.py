@@ -21,6 +21,7 @@ def voyages_fit(runs: list[Path], vessel: VesselConfig) -> bool:
     if importlib.util.find_spec("scipy") is None:
         raise MissingExtraError(f"comparing with voyages needs scipy: {install_line('design')}")
     from ...tuning.compare import compare
+    from ...tuning.same import taken_once
     from ...tuning.voyages import read_voyage
 
     others = {run: hull.name for run in runs if (hull := _sailed_by(run)) is not None and not _moves_as(hull, vessel)}
@@ -31,6 +32,7 @@ def voyages_fit(runs: list[Path], vessel: VesselConfig) -> bool:
             found += read_voyage(run)
         except (OSError, ValueError) as error:
             raise ConfigError(str(run), [getattr(error, "strerror", None) or str(error)]) from None
+    found = taken_once(found, _say_note)
     with ProgressLine("voyages", None) as progress:
         try:
             compared = compare(vessel, found, progress.say)
@@ -41,6 +43,10 @@ def voyages_fit(runs: list[Path], vessel: VesselConfig) -> bool:
             f"  NOTE        {run}: sailed by another hull file ('{name}'), {'left out' if own else 'and tells little of this one'}"
         )
     return _judged(compared) if own else _undecided(compared)
+
+
+def _say_note(text: str) -> None:
+    print(f"  NOTE        {text}")
 
 
 def _judged(compared: Comparison) -> bool:
