@@ -20,6 +20,7 @@ from ..settings import ConfigError, load_vessel
 from . import MissingExtraError, install_line
 from .outputs import may_write
 from .progress import ProgressLine
+from .sailed_by import hull_of, moves_as, same_boat
 
 if TYPE_CHECKING:
     from ..tuning.fitted import Gains
@@ -63,6 +64,7 @@ def command(arguments: argparse.Namespace) -> int:
 
     start = load_vessel(arguments.vessel) if arguments.vessel else _sailed_by(arguments.runs[0])
     print(f"from {arguments.vessel or f'the file that {arguments.runs[0].name} was sailed by'}: hull '{start.name}'")
+    _of_one_boat(arguments.runs, start, named=bool(arguments.vessel))
     output = arguments.output or Path(f"{_plain(start.name)}-fitted.toml")
     if output.exists():
         raise ConfigError(str(output), ["is there already and is not written over; name another with -o"])
@@ -108,6 +110,20 @@ def _sailed_by(run: Path) -> VesselConfig:
         raise ConfigError(
             "--vessel", [f"name the file that {run} was sailed by; it does not hold it: {error}"]
         ) from None
+
+
+def _of_one_boat(runs: list[Path], start: VesselConfig, *, named: bool) -> None:
+    """Name runs that were sailed by another file. Raises ConfigError for another boat's, unless a person has named the file to start from:
+    a file whose mass or size was mended since is such a one, too.
+    """
+    for run in runs:
+        hull = hull_of(run)
+        if hull is None or moves_as(hull, start):
+            continue
+        if not named and not same_boat(hull, start):
+            mend = "leave it out, or name the boat's file with --vessel"
+            raise ConfigError(str(run), [f"was sailed by the file of another boat ('{hull.name}'): {mend}"])
+        print(f"{run.name}: was sailed by another hull file ('{hull.name}'); taken for the same boat")
 
 
 def _stretches(runs: list[Path], columns: list[str]) -> list[Any]:
@@ -161,6 +177,7 @@ def _below(value: float) -> str:
 
 
 def _tell(fit: Any, rows: list[tuple[str, str, str]], gains: Any) -> None:
+    from ..tuning.each_run import by_run
     from ..tuning.fitted import care, doubt, strayed
     from ..tuning.problem import RATE_FILTER_S
 
@@ -170,10 +187,9 @@ def _tell(fit: Any, rows: list[tuple[str, str, str]], gains: Any) -> None:
     names = ("surge", "sway", "yaw rate")
     said = (f"{n} {a:.2f} (before {b:.2f})" for n, a, b in zip(names, fit.errors, fit.errors_before, strict=True))
     print(f"error on stretches kept apart, RMS over standard deviation: {', '.join(said)}")
-    if text := doubt(fit) or care(fit):
-        print(text)
-    if text := strayed(fit):
-        print(text)
+    for text in (*by_run(fit), doubt(fit) or care(fit), strayed(fit)):
+        if text:
+            print(text)
     if fit.turning != 1.0:
         print(
             f"what resists turning is {fit.turning:.2g} times what the file says, all of it: is thruster.lateral_m right?"

@@ -2,14 +2,18 @@
 
 import re
 import tomllib
+from dataclasses import dataclass
 
+import numpy as np
 import pytest
 
 from companion.cli import main
 from companion.core.hull.statics import Statics
 from companion.core.trial import TrialConfig
+from companion.io.recording.input_recorder import InputRecorder
 from companion.settings import load_vessel
 from companion.tuning import fitted
+from companion.tuning.each_run import by_run
 from companion.tuning.fit import fit_vessel
 from companion.tuning.hull_arrays import coefficients
 from companion.tuning.voyages import read_voyage
@@ -164,3 +168,60 @@ def test_a_compass_that_is_mounted_askew_is_told_with_the_key_that_mends_it(tmp_
     for throttle in (0.35, 0.65, 0.95):
         right = Statics(truth).throttle_to_speed(throttle)
         assert Statics(load_vessel(str(output))).throttle_to_speed(throttle) == pytest.approx(right, rel=0.05)
+
+
+def sailed_by(folder, vessel):
+    """A run's folder, as its boat's file has it, in which nothing happened."""
+    folder.mkdir()
+    head = "t_s,heading_deg,thruster_port,thruster_starboard,speed_mps,yaw_rate_dps,lat_deg,lon_deg"
+    rows = [f"{0.1 * k:.1f},0,0,0,0,0,50,8" for k in range(1200)]
+    (folder / "control.csv").write_text("\n".join([head, *rows]) + "\n")
+    start = bytearray()
+    InputRecorder(start.extend).start({"settings": {}, "vessel": vessel.model_dump(mode="json")})
+    (folder / "inputs.bin").write_bytes(start)
+    return folder
+
+
+def test_a_run_of_another_boat_is_refused_by_name_and_one_of_another_file_named(tmp_path, capsys):
+    """The first run alone was asked whose it is: a catamaran and a model of 3 kg became one file, between both."""
+    mended = shipped("otter").hull.model_copy(update={"xu": 2.0 * shipped("otter").hull.xu})
+    older = shipped("otter").model_copy(update={"name": "older", "hull": mended})
+    own, other, before = (
+        sailed_by(tmp_path / name, vessel)
+        for name, vessel in (("own", shipped("otter")), ("other", shipped("blueboat")), ("before", older))
+    )
+    output = ["-o", str(tmp_path / "mine.toml")]
+    assert main(["tune", "vessel", str(own), str(other), *output]) == 2
+    told = capsys.readouterr().err
+    assert f"{other}" in told
+    assert f"was sailed by the file of another boat ('{shipped('blueboat').name}'): leave it out" in told
+    # a person may know better: her mass was mended in the file since
+    assert main(["tune", "vessel", str(own), str(other), "--vessel", "otter", *output]) == 1
+    assert "other: was sailed by another hull file" in capsys.readouterr().out
+    assert main(["tune", "vessel", str(own), str(before), *output]) == 1
+    told = capsys.readouterr().out
+    assert "before: was sailed by another hull file ('older'); taken for the same boat" in told
+    assert "own: was sailed" not in told
+
+
+def test_a_run_that_is_explained_much_worse_than_another_is_named():
+    """Of a fit to two boats' logs only gusts were told."""
+    dice = np.random.default_rng(1)
+    measured = dice.normal(size=(40, 3, 6))
+    off = dice.normal(size=measured.shape) * np.array([0.08, 0.08, 0.08, 0.08, 0.4, 0.4])
+    samples = {"measured": measured, "modelled": measured + off, "voyage": np.array([0, 0, 1, 1, 2, 2])}
+    told = list(by_run(FitOf(samples, ("a.csv", "b.csv", "c.csv"))))
+    assert len(told) == 4
+    assert told[3].startswith("take care: c.csv is explained much worse (surge and yaw rate)")
+    alike = samples | {"modelled": measured + 0.2 * dice.normal(size=measured.shape)}
+    assert len(list(by_run(FitOf(alike, ("a.csv", "b.csv", "c.csv"))))) == 3
+    single = {name: value[..., :2] for name, value in samples.items()}
+    assert list(by_run(FitOf(single, ("a.csv",)))) == []
+
+
+@dataclass
+class FitOf:
+    """What of a fit is told run by run."""
+
+    samples: dict
+    sources: tuple

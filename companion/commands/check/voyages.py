@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...core.hull import VesselConfig
-from ...replay import ReplayError, recorded_vessel
 from ...settings import ConfigError
 from .. import MissingExtraError, install_line
 from ..progress import ProgressLine
+from ..sailed_by import hull_of, moves_as
 
 if TYPE_CHECKING:
     from ...tuning.compare import Comparison
@@ -24,7 +24,7 @@ def voyages_fit(runs: list[Path], vessel: VesselConfig) -> bool:
     from ...tuning.same import taken_once
     from ...tuning.voyages import read_voyage
 
-    others = {run: hull.name for run in runs if (hull := _sailed_by(run)) is not None and not _moves_as(hull, vessel)}
+    others = {run: hull.name for run in runs if (hull := hull_of(run)) is not None and not moves_as(hull, vessel)}
     own = [run for run in runs if run not in others]
     found = []
     for run in own or runs:
@@ -101,21 +101,3 @@ def _fits_or_unclear(compared: Comparison) -> None:
 def _speeds(compared: Comparison) -> str:
     before, now = compared.speed_mps
     return f"{compared.seconds:.0f} s: {now:.2f} m/s at 60 % throttle, the file says {before:.2f}"
-
-
-def _sailed_by(run: Path) -> VesselConfig | None:
-    """The hull file that a run was sailed by; None where that is not known: a log from elsewhere, a run without its inputs."""
-    try:
-        return recorded_vessel(run.parent if run.name == "control.csv" else run)
-    except ReplayError:
-        return None
-
-
-def _moves_as(one: VesselConfig, other: VesselConfig) -> bool:
-    """Whether a law and an estimator make the same of both; a sounder's place or a name changes nothing."""
-    return (one.hull, one.thruster, one.rudder, one.windage) == (
-        other.hull,
-        other.thruster,
-        other.rudder,
-        other.windage,
-    )
