@@ -233,11 +233,9 @@ def sticks(seed):
     while True:
         ahead = -1.0 if rng.random() < 0.4 else 1.0
         turns = rng.random() < 0.4
-        if turns:
-            asked = (0.0, rng.choice((-1.0, 1.0)) * rng.uniform(0.5, 1.0))
-        else:
-            asked = (ahead * rng.uniform(0.3, 1.0), rng.uniform(-1.0, 1.0))
-        yield from itertools.repeat(asked, round(rng.uniform(1.0, 4.0) / TICK_OF_TUG_S))
+        surge = 0.0 if turns else ahead * rng.uniform(0.3, 1.0)
+        yaw = rng.choice((-1.0, 1.0)) * rng.uniform(0.5, 1.0) if turns else rng.uniform(-1.0, 1.0)
+        yield from itertools.repeat((surge, yaw), round(rng.uniform(1.0, 4.0) / TICK_OF_TUG_S))
         yield from itertools.repeat((0.0, 0.0), round(rng.uniform(1.0, 6.0) / TICK_OF_TUG_S))
 
 
