@@ -30,14 +30,14 @@ from .codec.bits import BitsError
 from .codec.brief import brief_plan, encode_standing
 from .codec.command import decode_command, is_command
 from .codec.frames import RadioFrame
+from .codec.old_format import GAP_US, HEARD, TELL, OldEar, OldVoice, counter_in, with_counter
 from .codec.plan import PlanCodecError, decode_plan
 from .codec.request import OVERRULED, RequestCodecError, decode_request, name_codes
 from .codec.state_fields import RadioState
 from .codec.wire import BEACON_COMMANDED, BEACON_NAMES_KEY, SAFE_STOPS, VERSION, Kind
 from .link import MAX_OUTGOING, CompactLink
-from .old_format import GAP_US, HEARD, TELL, OldEar, OldVoice, counter_in, with_counter
 from .orders import meaning_of
-from .presence import Presence
+from .presence import GatewayPresence
 from .reporter import CHAT_GAP_US, Reporter
 from .session import Pairing, RadioDirection
 from .telling import Telling
@@ -99,7 +99,7 @@ class VesselRadio:
         self._next_id = 1
         self._asked: dict[int, tuple[int, RequestBody, bytes]] = {}
         """Number, what is asked, and through which start of a gateway."""
-        self._presence = Presence(profile.link)
+        self._presence = GatewayPresence(profile.link)
         self._held: list[tuple[int, Reply]] = []
         """Answers that wait for the picture of the tick that they belong to."""
         self._stop: tuple[int, bytes | None, int] | None = None

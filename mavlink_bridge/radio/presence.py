@@ -29,7 +29,7 @@ class _Gateway:
     station_us: int | None = None
 
 
-class Presence:
+class GatewayPresence:
     """Keeps which start of which gateway commands, and when its station was last there."""
 
     def __init__(self, settings: LinkSettings) -> None:

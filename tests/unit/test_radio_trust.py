@@ -12,8 +12,8 @@ from mavlink_bridge.language.messages import Mode, Severity
 from mavlink_bridge.language.requests import Arm, Reposition, RequestBody, Result, SetMode, StartPlan
 from mavlink_bridge.radio.aboard import VesselRadio
 from mavlink_bridge.radio.codec.frames import Opener, Sealer
+from mavlink_bridge.radio.codec.old_format import OldEar, OldVoice
 from mavlink_bridge.radio.codec.wire import MAX_BODY, OVERHEAD, TAG_BYTES, Kind
-from mavlink_bridge.radio.old_format import OldEar, OldVoice
 from mavlink_bridge.radio.session import NONCE_BYTES, SLACK_US, TICK_US, RadioDirection
 from tools.benches.lora import settled
 from tools.lora_rig import KEY, Rig, acquainted, profile

@@ -35,13 +35,13 @@ from ..codec.bits import BitsError
 from ..codec.brief import STANDING_BYTES, decode_position, with_brief, with_standing
 from ..codec.frames import RadioFrame
 from ..codec.info import WANTED_PLAN, HomePlace, Kept, Wanted, decode, params_check
+from ..codec.old_format import GAP_US, HEARD, OldEar
 from ..codec.plan import PlanCodecError, decode_plan
 from ..codec.request import OVERRULED
 from ..codec.state import delta_parts, reached_in
 from ..codec.state_fields import RadioState, plan_hash
 from ..codec.wire import SEVERITY, VERSION, Kind
 from ..link import CompactLink
-from ..old_format import GAP_US, HEARD, OldEar
 from ..session import Pairing, RadioDirection
 from ..transfer import TransferOutcome, WholeMessage
 from ..vessel_clock import VesselClock

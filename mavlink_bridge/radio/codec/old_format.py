@@ -10,10 +10,10 @@ import json
 from hashlib import blake2s
 from typing import Final
 
-from ..language.messages import Severity
-from ..language.witness import Witness
-from .codec.wire import SEVERITY
-from .session import RadioDirection, check_key
+from ...language.messages import Severity
+from ...language.witness import Witness
+from ..session import RadioDirection, check_key
+from .wire import SEVERITY
 
 _HELLO_BYTES: Final = 12
 _FIRST: Final = 0x01
