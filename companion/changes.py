@@ -23,7 +23,7 @@ from .core.vehicle.plan_reach import FAR_OK, plan_number
 from .facade import Facade
 from .io.keeping import StoreOp
 from .io.keeping.content import SaveParam, SavePlan, Together
-from .judge import change_mistakes
+from .judge.live import change_mistakes
 from .lasting import Answer
 from .logs import Logs
 

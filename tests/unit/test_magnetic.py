@@ -7,7 +7,7 @@ import math
 import pytest
 
 from companion.core.estimate.estimator import EstimatorConfig
-from companion.core.estimate.magnetic import MagneticModel
+from companion.core.magnetic import MagneticModel
 from mavlink_bridge.language.units import wrap_pi
 from sitl.sensors.talkers import SimulatedSensors
 from tools.benches.cells.sensor_rig import SensorRig, circle

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import pytest
 
-from companion.core.estimate.witness import ThrustWitness, Told
+from companion.core.estimate.witness import SeenFix, ThrustWitness
 
 DT_S = 0.05
 
@@ -54,7 +54,7 @@ def watched(
         place += ground * DT_S
         is_fix = tick % round(1.0 / (receiver.hz * DT_S)) == 0
         mps = None if receiver.sigma_mps is None else near(ground, receiver.sigma_mps)
-        told = Told(round(t_s * 1e6), near(place, receiver.sigma_m), receiver.sigma_m, mps) if is_fix else None
+        told = SeenFix(round(t_s * 1e6), near(place, receiver.sigma_m), receiver.sigma_m, mps) if is_fix else None
         found = witness.step(DT_S, bow=(bow.real, bow.imag), through_mps=(way_mps(fix_s), 0.0), told=told)
         fix_s = t_s if is_fix else fix_s
         if found is not None:

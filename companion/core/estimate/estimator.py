@@ -23,12 +23,12 @@ from mavlink_bridge.language.messages import (
 from mavlink_bridge.language.units import wrap_pi
 
 from ..hull.geometry import HullGeometry
+from ..magnetic import FixVariation
 from .antenna import Attitude, at_centre
 from .compasses import Compasses
 from .config import EstimatorConfig
 from .flags import PlaceFlags
 from .heading import HeadingTrack
-from .magnetic import FixVariation
 from .position import Motion, PositionTrack
 from .receivers import FixChoice
 from .sounders import Sounders

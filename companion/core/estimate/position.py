@@ -11,14 +11,13 @@ from mavlink_bridge.language.messages import GpsFix, Severity
 from mavlink_bridge.language.units import wrap_pi
 
 from ..hull.geometry import Arm
-from .agreement import PlaceAgainstSpeed
+from .agreement import FrozenWatch, PlaceAgainstSpeed
 from .antenna import NO_ARM, Attitude, Pair, at_centre, lever
 from .clock import ClockAligner
 from .config import POSITION_SIGMA_M, EstimatorConfig
 from .filter import PairCovariance
-from .repeats import FrozenWatch
 from .told import ComesAndGoes
-from .witness import Told
+from .witness import SeenFix
 
 _OUTLIER_SIGMA: Final = 5.0
 """One good fix in two million is refused, if its errors are Gaussian."""
@@ -67,7 +66,7 @@ class PositionTrack:
         self.origin: LocalFrame | None = None
         self.accepted_us: int | None = None
         """Time of validity of the last fix that was believed."""
-        self.told: Told | None = None
+        self.told: SeenFix | None = None
         """What the newest fix told that was believed, until its velocity is taken."""
         self.frozen = False
         self.drift_n_mps = 0.0
@@ -200,7 +199,7 @@ class PositionTrack:
 
     def _note(self, fix: GpsFix, t_us: int, at: Pair, velocity: Pair | None) -> None:
         leapt_n, leapt_e = self.leapt_m
-        self.told = Told(t_us, (at[0] - leapt_n, at[1] - leapt_e), POSITION_SIGMA_M[fix.fix_type], velocity)
+        self.told = SeenFix(t_us, (at[0] - leapt_n, at[1] - leapt_e), POSITION_SIGMA_M[fix.fix_type], velocity)
         text = self._agreement.step(self.told)
         if text:
             self._texts.append((Severity.WARNING if self._agreement.is_apart else Severity.INFO, text))

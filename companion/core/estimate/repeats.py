@@ -1,5 +1,4 @@
-"""Whether a receiver repeats one position while the vessel moves, or a compass one heading while she turns: told by motion that a live
-one could not have missed.
+"""Whether a compass repeats one heading while the vessel turns, told by motion that a live one could not have missed; or says two in turn.
 
 A boat at her berth, or on a calm straight line, may truly repeat a heading for minutes. So the same digits alone say nothing: a sensor's
 turn rate, the course through the water, or where that is too slow to tell, the turn that was asked of thrusters and rudders must have gone
@@ -16,9 +15,6 @@ from typing import Final
 
 from mavlink_bridge.language.messages import EulerAngles, GpsFix
 from mavlink_bridge.language.units import wrap_pi
-
-from .antenna import Pair
-from .config import POSITION_SIGMA_M
 
 _SAME_US: Final = 4_000_000
 """Nearly twice the period of the slowest compass that is used: it has told anew once at least."""
@@ -58,78 +54,8 @@ _HUNG_RAD: Final = math.radians(20.0)
 _AS_ASKED: Final = (0.5, 2.5)
 """is believed when it shows this share of it: the file of the hull is wrong by half, and what was asked for began at the turn that hung."""
 
-_SLACK_M: Final = 1.0
-_SIGMAS: Final = 3.0
-"""A place has moved when it lies farther off than this metre and so many spreads of its kind of fix."""
-_STAYS: Final = 0.2
-"""And than this share of the way by the receiver's own speed: one whose speed is told in knots moves by half of it."""
-_FAR: Final = 5.0
-"""Slacks of that way after which a place that has not moved is stuck. A sound one has moved after one and a quarter."""
-_LEADS_MPS: Final = 0.4
-"""What a receiver at rest tells as speed, always in one direction, is less."""
-_GAP_US: Final = 3_000_000
-
-
 Digits = tuple[float | None, float | None]
 """What a compass says: the true heading, the magnetic one."""
-
-
-class FrozenWatch:
-    """A receiver that repeats one position or one UTC while the vessel moves, or stays about one place that its own speed leads from."""
-
-    def __init__(self) -> None:
-        self._last: tuple[float | None, float | None] | None = None
-        self._since_us = 0
-        self._last_utc_us: int | None = None
-        self._stuck = _Stuck()
-        self.text = ""
-        """What to say of it."""
-
-    def same_for_s(self, fix: GpsFix, at: Pair, velocity: Pair | None, *, moving: bool, told: bool) -> float:
-        """Seconds that the position has been the same; of a vessel at rest it does not count, unless it was ``told`` of before.
-
-        ``at``: where the fix is, m; ``velocity``: what it tells of it, m/s.
-        """
-        here = (fix.lat_rad, fix.lon_rad)
-        repeated_utc = fix.utc_us is not None and fix.utc_us == self._last_utc_us
-        self._last_utc_us = fix.utc_us
-        if here != self._last or not (moving or repeated_utc or told):
-            self._last = here
-            self._since_us = fix.t_us
-        same_s = (fix.t_us - self._since_us) * 1e-6
-        slack_m = _SLACK_M + _SIGMAS * POSITION_SIGMA_M[fix.fix_type]
-        stuck_s = self._stuck.step(fix.t_us, at, velocity, slack_m=slack_m, told=told)
-        self.text = f"Receiver {'repeats' if same_s >= stuck_s else 'stays about'} one position while moving"
-        return max(same_s, stuck_s)
-
-
-class _Stuck:
-    """Where a place was at first, and how far the speed has led from there."""
-
-    def __init__(self) -> None:
-        self._first: Pair | None = None
-        self._first_us = self._last_us = 0
-        self._way = (0.0, 0.0)
-
-    def step(self, t_us: int, at: Pair, velocity: Pair | None, *, slack_m: float, told: bool) -> float:
-        """Return for how long a place has not moved that should have, s."""
-        since_us, self._last_us = t_us - self._last_us, t_us
-        if velocity is None or self._first is None or not 0 < since_us < _GAP_US:
-            return self._begin(t_us, at)
-        since_s = since_us * 1e-6
-        self._way = (self._way[0] + velocity[0] * since_s, self._way[1] + velocity[1] * since_s)
-        way_m, moved_m = math.hypot(*self._way), math.hypot(at[0] - self._first[0], at[1] - self._first[1])
-        # what it moved at first took its time, to a fix
-        passed_s = (t_us - self._first_us) * 1e-6 * (1.0 - moved_m / max(way_m, moved_m, _SLACK_M)) - since_s
-        if told and moved_m < 2.0 * slack_m:
-            return passed_s
-        if told or way_m < _LEADS_MPS * passed_s or moved_m > slack_m + _STAYS * way_m:
-            return self._begin(t_us, at)
-        return passed_s if way_m > _FAR * slack_m else 0.0
-
-    def _begin(self, t_us: int, at: Pair) -> float:
-        self._first, self._first_us, self._way = at, t_us, (0.0, 0.0)
-        return 0.0
 
 
 class Swing:

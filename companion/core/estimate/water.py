@@ -14,7 +14,7 @@ from typing import Final
 from mavlink_bridge.language.messages import EstimatedState, GpsFix
 from mavlink_bridge.language.units import clamp
 
-from .witness import ThrustWitness, Told
+from .witness import SeenFix, ThrustWitness
 
 _JOLT_S: Final = 1.2
 """What the samples say over this time is compared with the mean: longer than a turn's transient of sway lasts at full size."""
@@ -273,7 +273,7 @@ class WaterMeans:
             self._kept_s = 0.0
             self._before.append(deepcopy((self._drift, self._current)))
 
-    def turned_by_rad(self, dt_s: float, *, bow: _Pair, through_mps: _Pair, told: Told | None) -> float | None:
+    def turned_by_rad(self, dt_s: float, *, bow: _Pair, through_mps: _Pair, told: SeenFix | None) -> float | None:
         """Return how far off the heading thrust moves the vessel, where that proves it wrong: what it taught of the water is taken back.
 
         ``told``: the fix that is new at this tick.

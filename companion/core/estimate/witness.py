@@ -105,7 +105,7 @@ _Pair = tuple[float, float]
 
 
 @value
-class Told:
+class SeenFix:
     """What a fix that was believed told of the reference point, north and east."""
 
     t_us: int
@@ -124,7 +124,7 @@ class _Places:
     def __init__(self) -> None:
         self._seen: deque[tuple[float, complex, complex]] = deque()
 
-    def take(self, told: Told, led_m: complex) -> tuple[complex, complex] | None:
+    def take(self, told: SeenFix, led_m: complex) -> tuple[complex, complex] | None:
         """Return the slopes of both over the last seconds, m/s: alike in lag. None while there are few."""
         t_s, seen, over_s = told.t_us * 1e-6, self._seen, _ROUGH_S if told.sigma_m > _ROUGH_M else _FINE_S
         seen.append((t_s, complex(*told.at_m), led_m))
@@ -133,7 +133,7 @@ class _Places:
         if t_s - seen[0][0] < _FILLED * over_s:
             return None
         mean_s = math.fsum(each[0] for each in seen) / len(seen)
-        weight = math.fsum((each[0] - mean_s) ** 2 for each in seen)
+        weight = math.fsum((each[0] - mean_s) * (each[0] - mean_s) for each in seen)
         made = through = 0j
         for then_s, at_m, led_m in seen:
             share = (then_s - mean_s) / weight
@@ -151,7 +151,7 @@ class ThrustWitness:
 
     def clear(self) -> None:
         """Begin anew."""
-        self._told: Told | None = None
+        self._told: SeenFix | None = None
         self._fix_us: int | None = None
         self._is_borne_out = False
         self._begin()
@@ -164,7 +164,7 @@ class ThrustWitness:
         self._through = self._both = 0j
         self._own = self._made = self._held_s = 0.0
 
-    def step(self, dt_s: float, *, bow: _Pair, through_mps: _Pair, told: Told | None) -> float | None:
+    def step(self, dt_s: float, *, bow: _Pair, through_mps: _Pair, told: SeenFix | None) -> float | None:
         """Return by how much the way is off the heading, clockwise, once it is certain that it is.
 
         ``bow``: unit vector of the heading, NED. ``through_mps``: modelled surge and sway, at the moment that the fix of the tick before
@@ -177,7 +177,7 @@ class ThrustWitness:
         last, self._told = self._told, told
         return None if last is None else self._take(last, complex(*through_mps) * self._bow)
 
-    def _take(self, told: Told, through: complex) -> float | None:
+    def _take(self, told: SeenFix, through: complex) -> float | None:
         since_s = 0.0 if self._fix_us is None else (told.t_us - self._fix_us) * 1e-6
         if not 0.0 < since_s < _NO_FIX_S:
             self._begin()
@@ -307,7 +307,9 @@ class TurnWitness:
 
     def _look(self, t_us: int) -> bool | None:
         quick_radps = self._quick[0][1] if self._quick else 0.0
-        now = _Look(t_us, self._turned_rad, self._off_rad, quick_radps, self._ground, self._drift)
+        now = _Look(
+            t_us, self._turned_rad, self._off_rad, quick_radps=quick_radps, ground=self._ground, drift=self._drift
+        )
         past = self._past
         while past and t_us - past[0].t_us > WINDOW_US:
             past.popleft()
