@@ -38,7 +38,7 @@ def by_run(fit: FitOfRuns) -> Iterator[str]:
         # sway is the smallest motion, and hangs on the sea
         if worse := [k for k in (0, 2) if found[k] > max(_LEAST_ERROR, _MUCH_WORSE * others[k])]:
             what = " and ".join(_MOTIONS[k] for k in worse)
-            yield f"take care: {name} is explained much worse ({what}): is it another boat's, or a rougher day's? then leave it out"
+            yield f"take care: {name} is explained much worse ({what}): is it another boat's? then leave it out; a rougher day looks alike"
 
 
 def _errors(fit: FitOfRuns, voyage: int) -> tuple[float, float, float]:
