@@ -8,8 +8,8 @@ from __future__ import annotations
 from .addresses import collisions
 from .hulls import hull_mistakes
 from .meaning import endpoint_mistakes, gain_mistakes, hull_meaning, vessel_meaning
-from .places import file_mistakes, gateway_place_mistakes
-from .warnings import gateway_notes, gateway_warnings, verdict, vessel_notes, vessel_warnings
+from .places import file_mistakes
+from .warnings import gateway_notes, gateway_place_mistakes, gateway_warnings, verdict, vessel_notes, vessel_warnings
 
 __all__ = [
     "collisions",

@@ -7,13 +7,10 @@ import os
 import socket
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from ..io.links import LinkConfigError, parse_link_url
 from ..settings import Settings
-
-if TYPE_CHECKING:
-    from ..gateway import GatewaySettings
 
 _SYSTEM: Final = frozenset(
     ["/", "/bin", "/boot", "/dev", "/etc", "/lib", "/proc", "/run", "/sbin", "/sys", "/usr", "/var"]
@@ -46,16 +43,9 @@ def file_mistakes(settings: Settings, path: Path) -> list[str]:
     )
 
 
-def gateway_place_mistakes(settings: GatewaySettings, path: Path) -> list[str]:
-    """Where a gateway's store cannot be: it is judged as a vessel's."""
-    named = {
-        "this very configuration": str(path),
-        "key_file": settings.key_file,
-        "security.key_file": settings.security.key_file,
-        "vessel_config": settings.vessel_config,
-        "profile": settings.profile if settings.profile.endswith(".toml") else "",
-    }
-    return [*_place("store", settings.store), *_another_file(settings.store, named)]
+def store_mistakes(store: str, named: Mapping[str, str]) -> list[str]:
+    """Where a store cannot be, and which file it would take from another; ``named``: what those files are for, by that."""
+    return [*_place("store", store), *_another_file(store, named)]
 
 
 def _another_file(store: str, named: Mapping[str, str]) -> list[str]:

@@ -19,6 +19,7 @@ from ..settings import Settings
 from ..settings.told import named
 from .carriers import carrier_warnings
 from .idle import idle_notes
+from .places import store_mistakes
 from .thresholds import threshold_warnings
 
 if TYPE_CHECKING:
@@ -266,3 +267,15 @@ def _place(key: str, place: str, *, is_folder: bool) -> Iterator[str]:
             problem = f"cannot be written: {error.strerror or error}"
     if problem:
         yield f"{key} = {place!r}: {problem}; nothing is kept there until it can be"
+
+
+def gateway_place_mistakes(settings: GatewaySettings, path: Path) -> list[str]:
+    """Where a gateway's store cannot be: it is judged as a vessel's."""
+    named = {
+        "this very configuration": str(path),
+        "key_file": settings.key_file,
+        "security.key_file": settings.security.key_file,
+        "vessel_config": settings.vessel_config,
+        "profile": settings.profile if settings.profile.endswith(".toml") else "",
+    }
+    return store_mistakes(settings.store, named)
