@@ -133,7 +133,7 @@ class Comparison:
             if share.sure > _BARS[name] and not share.stands_out(_BARS[name])
         }
         told = ", ".join(f"{_NAMES[name]} within ± {100 * share.sure:.0f} %" for name, share in wide.items())
-        return f"{told}; sail turns and two speeds" if told else ""
+        return f"{told}; sail turns and two speeds in calm water" if told else ""
 
     @property
     def findings(self) -> tuple[str, ...]:

@@ -146,7 +146,9 @@ def test_what_is_told_more_widely_than_its_bar_is_no_evidence_for_the_file():
     shares = {"thrust": Share(0.01, 0.05), "drag": Share(0.4, 0.5), "turning": Share(-0.1, 0.4)}
     found = _compared((4.0, 4.0), (2.0, 8.0), shares)
     assert found.findings == ()
-    assert found.unclear == "drag within ± 50 %, damping of turning within ± 40 %; sail turns and two speeds"
+    assert (
+        found.unclear == "drag within ± 50 %, damping of turning within ± 40 %; sail turns and two speeds in calm water"
+    )
     assert _compared((4.0, 4.0), (3.8, 4.2), {"drag": Share(0.02, 0.1)}).unclear == ""
 
 
