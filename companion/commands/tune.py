@@ -134,7 +134,7 @@ def nomoto(arguments: argparse.Namespace) -> int:
 
 def gains(arguments: argparse.Namespace) -> int:
     """Find gains for the seed's law; write or print them."""
-    from ..tuning.design import SPEED_GAINS, as_toml, seed_gains
+    from ..tuning.margins import SPEED_GAINS, as_toml, seed_gains
 
     may_write(arguments.output, arguments.config, is_own=_are_gains)
     steering, vessel, _ = _chosen(arguments)

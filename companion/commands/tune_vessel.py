@@ -16,11 +16,11 @@ from ..core.steer import SteeringConfig
 from ..core.steer.bandwidth import GAIN_BAR_DB, PHASE_BAR_DEG
 from ..io.whole_file import write_whole
 from ..replay import ReplayError, recorded_vessel
+from ..replay.sailed_by import hull_of, moves_as, same_boat
 from ..settings import ConfigError, load_vessel
 from . import MissingExtraError, install_line
 from .outputs import may_write
 from .progress import ProgressLine
-from .sailed_by import hull_of, moves_as, same_boat
 
 if TYPE_CHECKING:
     from ..tuning.fitted import Gains
@@ -128,7 +128,7 @@ def _of_one_boat(runs: list[Path], start: VesselConfig, *, named: bool) -> None:
 
 def _stretches(runs: list[Path], columns: list[str]) -> list[Any]:
     from ..tuning.plausible import disbelieved
-    from ..tuning.same import taken_once
+    from ..tuning.several import taken_once
     from ..tuning.voyages import parse_columns, read_voyage
 
     try:
@@ -177,9 +177,9 @@ def _below(value: float) -> str:
 
 
 def _tell(fit: Any, rows: list[tuple[str, str, str]], gains: Any) -> None:
-    from ..tuning.each_run import by_run
     from ..tuning.fitted import care, doubt, strayed
     from ..tuning.problem import RATE_FILTER_S
+    from ..tuning.several import by_run
 
     print(f"{'':40} {'before':>10} {'fitted':>10}")
     for what, before, after in rows:

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..core.hull import VesselConfig
 from ..core.hull.statics import Statics
-from .effects import THROTTLE, Cause, Effects, vessel_at
+from .effects import THROTTLE, Blame, Effects, vessel_at
 from .fit import YAW_WIDTH, Progress, covariance_of, errors_of, no_wider, noise_of, solve, unsteadied, widened
 from .fitted import unexplained
 from .hull_arrays import STEP_S, WIND_MOMENTS
@@ -244,7 +244,8 @@ def _compared(problem: Problem, theta: Array, covariance: Array, errors: tuple[f
     born = np.array([0.5 * _BORNE * errors[0 if name in _ALONG else 2] for name in at])
     own = np.array([_OWN.get(name, 0.0) for name in at])
     whole = wider**2 * whole + np.diag(born**2 + own**2)
-    pair, scale = [list(at).index(name) for name in _PER_MASS], _scale(problem.windows)
+    place, scale = {name: k for k, name in enumerate(at)}, _scale(problem.windows)
+    pair = [place[name] for name in _PER_MASS]
     apart = _attributed(np.array(list(at.values()))[pair], whole[np.ix_(pair, pair)] + scale**2)
     sure = {name: _SURE * math.sqrt(whole[k, k] + scale**2 * (name == "rest")) for k, name in enumerate(at)}
     shares = {name: Share.of(at[name] + apart.shift, sure[name]) for name in _BARS if name in at}
@@ -284,7 +285,7 @@ def _attributed(found: Array, covariance: Array) -> _Apart:
     What a boat's speed is at a throttle tells only their ratio; the scale of both hangs on how fast way is put on and taken off, which
     weather and a foreign hull's shape mislead. A single cause is likelier than two that happen to look like it.
     """
-    thrust, drag, load = (Cause.of(np.array(way), found, covariance) for way in ([1.0, 0.0], [0.0, 1.0], [1.0, 1.0]))
+    thrust, drag, load = (Blame.of(np.array(way), found, covariance) for way in ([1.0, 0.0], [0.0, 1.0], [1.0, 1.0]))
     alone = [Share.of(cause.log, _SURE * math.sqrt(cause.variance)) for cause in (thrust, drag)]
     by_mass = Share.of(load.log, _SURE * math.sqrt(load.variance))
     least = min(thrust.left, drag.left)

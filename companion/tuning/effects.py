@@ -75,7 +75,7 @@ class Effects:
 
 
 @dataclass(frozen=True, slots=True)
-class Cause:
+class Blame:
     """What one cause must be to explain logarithms of thrust and drag, its variance, and what it leaves, in squares of spreads."""
 
     log: float
@@ -83,10 +83,10 @@ class Cause:
     left: float
 
     @staticmethod
-    def of(way: Array, found: Array, covariance: Array) -> Cause:
+    def of(way: Array, found: Array, covariance: Array) -> Blame:
         """``way``: by how much each of the found changes with the cause."""
         belief = np.linalg.inv(covariance)
         variance = 1.0 / float(way @ belief @ way)
         log = variance * float(way @ belief @ found)
         rest = found - log * way
-        return Cause(log, variance, float(rest @ belief @ rest))
+        return Blame(log, variance, float(rest @ belief @ rest))

@@ -12,12 +12,11 @@ from typing import Any, Final
 import numpy as np
 
 from ..core.hull import VesselConfig
-from .heard import EVERY, HeardRows, first_heard, late, smoothed
 from .hull_arrays import STEP_S, WIND_MOMENTS, Drawn, HullArrays, coefficients
 from .noise import Noise
 from .unknowns import FitUnknown
 from .voyages import SMOOTH_STEPS
-from .windows import Windows
+from .windows import EVERY, HeardRows, Windows, first_heard, late, smoothed
 
 Array = Any
 

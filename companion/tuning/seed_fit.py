@@ -14,10 +14,9 @@ from ..core.steer import SteeringConfig
 from ..core.steer.bandwidth import GAIN_BAR_DB, PHASE_BAR_DEG
 from ..core.steer.pid import PidGains
 from ..core.steer.yaw_loop import DELAY_S, LoopJudge, LoopMargins
-from .design import SPEED_GAINS, as_toml, grid
 from .fit import Fit
 from .fitted import corners
-from .margins import SPEEDS_MPS, seed_share
+from .margins import SPEED_GAINS, SPEEDS_MPS, as_toml, grid, seed_share
 from .plants import reachable, share_plant
 
 Array = Any

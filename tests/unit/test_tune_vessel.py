@@ -13,9 +13,9 @@ from companion.core.trial import TrialConfig
 from companion.io.recording.input_recorder import InputRecorder
 from companion.settings import load_vessel
 from companion.tuning import fitted
-from companion.tuning.each_run import by_run
 from companion.tuning.fit import fit_vessel
 from companion.tuning.hull_arrays import coefficients
+from companion.tuning.several import by_run
 from companion.tuning.voyages import read_voyage
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel as shipped

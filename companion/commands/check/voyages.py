@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...core.hull import VesselConfig
+from ...replay.sailed_by import hull_of, moves_as
 from ...settings import ConfigError
 from .. import MissingExtraError, install_line
 from ..progress import ProgressLine
-from ..sailed_by import hull_of, moves_as
 
 if TYPE_CHECKING:
     from ...tuning.compare import Comparison
@@ -21,7 +21,7 @@ def voyages_fit(runs: list[Path], vessel: VesselConfig) -> bool:
     if importlib.util.find_spec("scipy") is None:
         raise MissingExtraError(f"comparing with voyages needs scipy: {install_line('design')}")
     from ...tuning.compare import compare
-    from ...tuning.same import taken_once
+    from ...tuning.several import taken_once
     from ...tuning.voyages import read_voyage
 
     others = {run: hull.name for run in runs if (hull := hull_of(run)) is not None and not moves_as(hull, vessel)}

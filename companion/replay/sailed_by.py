@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..core.hull import VesselConfig
-from ..replay import ReplayError, recorded_vessel
+from . import ReplayError, recorded_vessel
 
 
 def hull_of(run: Path) -> VesselConfig | None:

@@ -1,0 +1,92 @@
+"""Several records together: one that is given twice counts once, and one that another boat sailed is told from the rest.
+
+A copied folder or a glob gives a record twice: it would count twice, and intervals come out too narrow. A run of another boat is
+explained worse than all others together hide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any, Final, Protocol
+
+import numpy as np
+
+from .hull_arrays import STEP_S
+from .voyages import Stretch, Tell
+
+Array = Any
+
+_ALIKE: Final = 1e-3
+"""In the middle of what was told, in its unit, where it is read at other steps: no two voyages are so alike for as long as a stretch."""
+_COMPARED: Final = ("rate", "port", "starboard", "surge")
+_MOTIONS: Final = ("surge", "sway", "yaw rate")
+_LEAST_ERROR: Final = 0.15
+"""RMS over standard deviation. Single runs of sound boats in calm water are left by less."""
+_MUCH_WORSE: Final = 2.0
+"""Times the error of the best explained other run: runs of one boat in 3 and in 6 m/s of wind differ by less."""
+
+
+def taken_once(stretches: Sequence[Stretch], tell: Tell) -> list[Stretch]:
+    """Return the stretches without those that another one holds; ``tell`` is called once for each record that was left out of."""
+    kept: list[Stretch] = []
+    told: set[tuple[str, str]] = set()
+    for stretch in sorted(stretches, key=lambda each: -len(each.port)):
+        twin = next((other for other in kept if _holds(other, stretch)), None)
+        if twin is None:
+            kept.append(stretch)
+        elif (pair := (stretch.source, twin.source)) not in told:
+            told.add(pair)
+            tell(
+                f"{stretch.source}: given twice, taken once"
+                if stretch.source == twin.source
+                else f"{stretch.source}: the same record as {twin.source}, taken once"
+            )
+    return [stretch for stretch in stretches if any(stretch is each for each in kept)]
+
+
+def _holds(long: Stretch, short: Stretch) -> bool:
+    """Whether all that one tells stands in the other, at the same times."""
+    first = round((short.start_s - long.start_s) / STEP_S)
+    if first < 0 or first + len(short.port) > len(long.port):
+        return False
+    part = slice(first, first + len(short.port))
+    turn = 2.0 * np.pi * round(float(long.psi_rad[first] - short.psi_rad[0]) / (2.0 * np.pi))
+    pairs = [(long.psi_rad[part] - turn, short.psi_rad)]
+    pairs += [(np.nan_to_num(getattr(long, name)[part]), np.nan_to_num(getattr(short, name))) for name in _COMPARED]
+    return all(float(np.median(np.abs(one - other))) < _ALIKE for one, other in pairs)
+
+
+class FitOfRuns(Protocol):
+    """What of a fit is needed."""
+
+    @property
+    def samples(self) -> dict[str, Any]: ...
+    @property
+    def sources(self) -> tuple[str, ...]: ...
+
+
+def by_run(fit: FitOfRuns) -> Iterator[str]:
+    """Say each run's errors on what was kept apart, and which run is explained much worse than another; nothing of a single one."""
+    errors = {name: _errors(fit, k) for k, name in enumerate(fit.sources) if (fit.samples["voyage"] == k).any()}
+    if len(errors) < 2:
+        return
+    for name, found in errors.items():
+        told = ", ".join(f"{motion} {error:.2f}" for motion, error in zip(_MOTIONS, found, strict=True))
+        yield f"  {name}: {told}"
+    for name, found in errors.items():
+        others = [min(other[k] for each, other in errors.items() if each != name) for k in range(3)]
+        # sway is the smallest motion, and hangs on the sea
+        if worse := [k for k in (0, 2) if found[k] > max(_LEAST_ERROR, _MUCH_WORSE * others[k])]:
+            what = " and ".join(_MOTIONS[k] for k in worse)
+            yield f"take care: {name} is explained much worse ({what}): is it another boat's? then leave it out; a rougher day looks alike"
+
+
+def _errors(fit: FitOfRuns, voyage: int) -> tuple[float, float, float]:
+    """RMS over standard deviation of the windows of one run."""
+    own = fit.samples["voyage"] == voyage
+    measured, off = (fit.samples[name][..., own] for name in ("measured", "modelled"))
+    off = off - measured
+    surge, sway, yaw = (
+        float(np.sqrt(np.nanmean(off[:, k] ** 2)) / max(float(np.nanstd(measured[:, k])), 1e-6)) for k in range(3)
+    )
+    return surge, sway, yaw
