@@ -10,12 +10,14 @@ from companion.io.keeping.store import MemoryStore
 from mavlink_bridge.language.messages import Mode, PlanState
 from mavlink_bridge.language.requests import (
     Arm,
+    Orbit,
     PausePlan,
     PlanItem,
     PlanKind,
     Reposition,
     Result,
     SetCurrent,
+    SetHomePosition,
     SetMode,
     SetParameter,
     StartPlan,
@@ -205,7 +207,7 @@ def test_a_plan_that_has_begun_goes_on_wherever_it_was_paused(voyage):
     assert trip.snapshot.progress.state is PlanState.ACTIVE
 
 
-def test_hold_go_to_and_return_never_ask(voyage):
+def test_hold_return_and_a_go_to_within_a_leg_never_ask(voyage):
     trip = voyage(NO_DEPTH, "mission.first_distance_m=50")
     trip.plan(1.5, FAR)
     trip.ask(Arm(arm=True))
@@ -214,8 +216,32 @@ def test_hold_go_to_and_return_never_ask(voyage):
         assert trip.ask(body).reason == ""
 
 
+@pytest.mark.parametrize("order", [Reposition, Orbit])
+@pytest.mark.parametrize("armed", [False, True])
+def test_a_target_farther_than_a_leg_is_refused_unless_it_is_nearer_home(voyage, order, armed):
+    trip = voyage(NO_DEPTH)
+    place = trip.world.surroundings.plant.frame.to_geodetic
+    if armed:
+        trip.ask(Arm(arm=True))
+    refused = trip.ask(order(*place(200_000.0, 0.0)))
+    assert refused.result is Result.DENIED
+    assert refused.reason == "the target is 200 km away, limit 5000 m; MIS_DIST_WPS=<metres> allows it"
+    assert stays(trip)
+    assert trip.ask(order(*place(4_900.0, 0.0))).reason == ""
+    assert trip.ask(SetParameter("MIS_DIST_WPS", 20_000.0)).reason == ""
+    assert trip.ask(order(*place(15_000.0, 0.0))).reason == ""
+
+
+def test_a_far_target_nearer_home_is_a_way_back(voyage):
+    trip = voyage(NO_DEPTH)
+    place = trip.world.surroundings.plant.frame.to_geodetic
+    trip.ask(SetHomePosition(*place(-30_000.0, 0.0)))
+    assert trip.ask(Reposition(*place(-20_000.0, 0.0))).reason == ""
+    assert trip.ask(Reposition(*place(20_000.0, 0.0))).result is Result.DENIED
+
+
 def test_an_item_nearer_home_is_a_way_back(voyage):
-    trip = voyage(NO_DEPTH, "mission.first_distance_m=50", "mission.leg_distance_m=60")
+    trip = voyage(NO_DEPTH, "mission.first_distance_m=50", "mission.leg_distance_m=110")
     trip.plan(1.5, (10.0, 0.0))
     trip.ask(Arm(arm=True))
     trip.ask(Reposition(*trip.world.surroundings.plant.frame.to_geodetic(100.0, 0.0)))

@@ -18,6 +18,7 @@ REQUIRED: Final = "DEPTH_REQUIRED=0 insists"
 UNLOCK: Final = "USER_1 (command 31010) unlocks it"
 MANUAL: Final = "Manual is obeyed"
 FAR: Final = "PLAN_FAR_OK=<number> accepts this plan"
+FAR_TARGET: Final = "MIS_DIST_WPS=<metres> allows it"
 NEVER: Final = "cannot be insisted on"
 
 
@@ -71,6 +72,9 @@ TABLE: Final = (
     ),
     Refusal("go-to, orbit", "the target lies outside the fence", "refuses", FENCE),
     Refusal("go-to, orbit", "the target is charted too shallow", "a target nearer home passes", CHART),
+    Refusal(
+        "go-to, orbit", "the target lies farther away than a leg may be", "a target nearer home passes", FAR_TARGET
+    ),
     Refusal("any order to move", "the depth guard is locked", "refuses", UNLOCK),
     Refusal("any order to move", "water depth unknown, and depth.required is set", "Return passes", REQUIRED),
     Refusal("any order to move", "a failsafe disarmed the vessel", "refuses", "arm again"),

@@ -51,7 +51,7 @@ from ..hull.statics import throttle_to_speed, top_speed_mps
 from . import insist
 from .arming import LeftOrder
 from .controls import Controls
-from .refusals import motion_refusal, prearm_reasons, start_refusal, target_refusal, trial_area
+from .refusals import far_refusal, motion_refusal, prearm_reasons, start_refusal, target_refusal, trial_area
 
 
 def _reply(refusal: str, result: Result = Result.REJECTED_NOW) -> Reply:
@@ -62,6 +62,11 @@ def _speed_refusal(controls: Controls, speed_mps: float | None) -> str:
     limit_mps = top_speed_mps(controls.parts.vessel)
     fits = speed_mps is None or 0.0 < speed_mps <= limit_mps
     return "" if fits else f"speed {speed_mps:.2f} m/s is outside 0...{limit_mps:.2f}"
+
+
+def _ordered_refusal(controls: Controls, body: Reposition | Orbit) -> str:
+    refusal = target_refusal(controls, body.lat_rad, body.lon_rad) or far_refusal(controls, body.lat_rad, body.lon_rad)
+    return refusal or _speed_refusal(controls, body.speed_mps or None)
 
 
 class Orders:
@@ -162,9 +167,7 @@ class Orders:
         controls = self._controls
         if not body.change_mode and controls.parts.navigator.mode is not Mode.GUIDED:
             return Reply(Result.REJECTED_NOW, "not in Guided mode, and the command does not ask to change it")
-        refusal = target_refusal(controls, body.lat_rad, body.lon_rad) or _speed_refusal(
-            controls, body.speed_mps or None
-        )
+        refusal = _ordered_refusal(controls, body)
         return (
             _reply(refusal, Result.DENIED)
             if refusal
@@ -173,9 +176,7 @@ class Orders:
 
     def orbit(self, body: Orbit, station: Station | None, now_us: int) -> Reply:
         controls = self._controls
-        refusal = target_refusal(controls, body.lat_rad, body.lon_rad) or _speed_refusal(
-            controls, body.speed_mps or None
-        )
+        refusal = _ordered_refusal(controls, body)
         return (
             _reply(refusal, Result.DENIED) if refusal else _reply(controls.parts.navigator.orbit(body, controls.state))
         )

@@ -1,10 +1,10 @@
 """How far away a plan lies: a plan of another place is not sailed by mistake.
 
-Looked at when Auto is started, and when a plan is loaded (then it is only told); never when arming, by hand, for Hold, a go-to or
-the way home. The item to be sailed lies within one distance, and no leg is longer than another; so it is with what a figure reaches from
-its middle and from side to side. An item that is nearer home
-than the vessel is a way back and always near enough. A person may insist: ``PLAN_FAR_OK`` set to the number that the text names,
-over any link; it belongs to that one plan. A speed beyond the hull's is refused when a plan is loaded.
+Looked at when Auto is started, and when a plan is loaded (then it is only told); never when arming, by hand, for Hold or the way home;
+an ordered go-to may be as far as a leg (``refusals.far_refusal``). The item to be sailed lies within one distance, and no leg is longer
+than another; so it is with what a figure reaches from its middle and from side to side. An item that is nearer home than the vessel is
+a way back and always near enough. A person may insist: ``PLAN_FAR_OK`` set to the number that the text names, over any link; it belongs
+to that one plan. A speed beyond the hull's is refused when a plan is loaded.
 Source: PX4's MIS_DIST_1WP (mission feasibility), whose limit is a switch for all plans.
 """
 
@@ -49,7 +49,12 @@ class MissionConfig(Config):
     )
     """About what a person oversees from the pier, and what PX4 stores under this name (900 m). Farther: see `far_plan`."""
     leg_distance_m: float = param(
-        5000.0, "MIS_DIST_WPS", "Longest leg of a plan that Auto starts", unit="m", ge=10.0, le=100_000.0
+        5000.0,
+        "MIS_DIST_WPS",
+        "Longest leg of a plan that Auto starts, and farthest go-to",
+        unit="m",
+        ge=10.0,
+        le=100_000.0,
     )
     """An hour at cruise speed without a waypoint. Farther: see `far_plan`."""
     rally_limit_km: float = param(

@@ -23,7 +23,7 @@ from ..hull.statics import throttle_to_speed, top_speed_mps
 from ..trial import LEAST_RADIUS_M, MOST_RADIUS_M, TrialArea, free_around
 from . import arming, insist
 from .controls import Controls
-from .plan_reach import speed_refusal
+from .plan_reach import shown, speed_refusal
 
 LYING_M: Final = 20.0
 """A vessel at its berth swings on its lines, and a receiver without corrections wanders by some metres."""
@@ -104,6 +104,18 @@ def target_refusal(controls: Controls, lat_rad: float | None, lon_rad: float | N
     )
     fits = inside_m is None or inside_m >= 0.0
     return "" if fits else f"the target is {-(inside_m or 0.0):.0f} m outside the fence; {insist.FENCE}"
+
+
+def far_refusal(controls: Controls, lat_rad: float | None, lon_rad: float | None) -> str:
+    """Return why an ordered target lies too far away, or an empty string: a slip on the map. One nearer home is a way back."""
+    here, home, limit_m = controls.here, controls.parts.mission.home, controls.parts.mission.config.leg_distance_m
+    if lat_rad is None or lon_rad is None or here is None:
+        return ""
+    target = LatLon((lat_rad, lon_rad))
+    away_m = inverse(*here, *target)[0]
+    if away_m <= limit_m or (home is not None and inverse(*home, *target)[0] < inverse(*home, *here)[0]):
+        return ""
+    return f"the target is {shown(away_m)} away, limit {shown(limit_m)}; {insist.FAR_TARGET}"
 
 
 _ROUND: Final = 16
