@@ -791,6 +791,7 @@ def test_a_return_begins_again_when_the_fence_has_let_go():
     run.step(critical)
     assert run.step(critical, 6.0) is Action.RETURN
     assert run.step(changed(critical, fence_ahead=True)) is Action.HOLD
+    assert run.foretold[-1] == "Until no fence is ahead, then returning"
     assert run.step(critical, 4.0) is Action.HOLD, "the way is not off yet"
     assert run.step(critical, 2.0) is Action.HOLD
     assert run.step(critical, 3.0) is Action.RETURN

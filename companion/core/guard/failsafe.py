@@ -113,7 +113,7 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
 def _what_is_done(done: Done, entries: Mapping[str, Entry], flags: Flags, now_us: int) -> Done:
     """What the worst condition asks for, as far as it can be sailed."""
     if done.action is Action.RETURN and _bars_the_way(entries.get("fence_ahead"), flags, now_us):
-        done = Done(Action.HOLD, "fence ahead")
+        done = Done(Action.HOLD, "fence ahead", Action.NONE if flags.helm.return_shut_off else Action.RETURN)
     if done.action in (Action.HOLD, Action.RETURN) and (flags.place.position_lost or flags.place.heading_lost):
         done = Done(Action.STOP, "position lost" if flags.place.position_lost else "heading lost")
     return done

@@ -26,6 +26,8 @@ class Done:
     action: Action
     why: str = ""
     """The cause that asks for it, in words."""
+    then: Action = Action.NONE
+    """What goes on by itself when that cause is gone."""
 
     def instead_of(self, action: Action) -> str:
         """In brackets, what is done instead of what a row asks: "stopped: position lost"; "" = just that is done."""
@@ -49,7 +51,7 @@ def tell(rule: Rule, old: Entry | None, entry: Entry | None, flags: Flags, done:
     if fires or grows:
         texts.append((Severity.CRITICAL if grows else row.severity, _sentence(row.text, action, instead)))
         if not instead:
-            texts += _foretold(rule, entry, action, flags)
+            texts += _foretold(rule, entry, flags, done)
     if entry.told_soon and not before.told_soon and not entry.escalated and action is rule.action and not instead:
         texts.append((Severity.WARNING, f"{rule.then_action.name} in {SOON_US // 1_000_000} s: {row.text}"))
     if entry.taken and not before.taken:
@@ -57,11 +59,14 @@ def tell(rule: Rule, old: Entry | None, entry: Entry | None, flags: Flags, done:
     return texts
 
 
-def _foretold(rule: Rule, entry: Entry, action: Action, flags: Flags) -> list[tuple[Severity, str]]:
+def _foretold(rule: Rule, entry: Entry, flags: Flags, done: Done) -> list[tuple[Severity, str]]:
     """What comes next and what ends it, of whatever does more than warn or will."""
+    action = acting(rule, entry, flags)
     if action < wanted(rule, entry):
         return []
     end = until(rule.row, flags.helm.resume)
+    if action is done.action and done.then is not Action.NONE:
+        end = f"until {BACK[rule.row.name]}, then {DOING[done.then]}"
     if rule.then_us is not None and not entry.escalated:
         return [(Severity.WARNING, f"{rule.then_action.name} in {rule.then_us / 1e6:g} s; {end}")]
     return [(Severity.INFO, capital(end))] if end else []
