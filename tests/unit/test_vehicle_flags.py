@@ -40,6 +40,7 @@ STUCK = GuidanceOutput(Desired(None, None), PathControlState(), unable="the wate
 class Helm:
     def __init__(self, mode: Mode = Mode.HOLD, stick_s: float | None = None, guided_s: float | None = None) -> None:
         self.mode = mode
+        self.awaited_us = -11_000_000
         self._ages = stick_s, guided_s
 
     def stick_wait_s(self, now_us: int) -> float | None:
@@ -162,7 +163,10 @@ def test_every_flag_has_been_looked_at():
 
 def test_the_flags_of_a_mode():
     assert gathered(helm=Helm(Mode.AUTO, stick_s=0.2)) == CALM, "sticks count by hand only"
-    assert gathered(helm=Helm(Mode.MANUAL)) == Flags()
+    assert gathered(helm=Helm(Mode.MANUAL)) == Flags(), "no stick ever moved: nobody steers"
+    taken = Helm(Mode.MANUAL)
+    taken.awaited_us = -9_000_000
+    assert gathered(helm=taken) == flags_named(manual=True), "somebody reaches for the sticks"
     assert gathered(helm=Helm(Mode.MANUAL, stick_s=0.2)) == flags_named(manual=True, manual_age_s=0.2)
 
 

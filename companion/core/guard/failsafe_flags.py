@@ -32,7 +32,7 @@ class HelmFlags:
     autonomous: bool = False
     """The mode in force steers by position or heading (everything but Manual)."""
     manual: bool = False
-    """Manual mode with sticks."""
+    """Manual mode with sticks, or with somebody who may just be reaching for them."""
     manual_age_s: float | None = None
     """Since the last stick message; None outside Manual."""
     guided_age_s: float | None = None

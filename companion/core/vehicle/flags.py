@@ -13,6 +13,8 @@ from .ticked import Guarded, Pursuit, Sensed
 
 _SOUND: Final = PlanFlags()
 _INVALID: Final = PlanFlags(plan_invalid=True)
+_STICKS_COME_US: Final = 10_000_000
+"""Who has taken Manual has reached for the sticks by then; where none ever moved, nobody steers."""
 
 
 def flags_of(controls: Controls, sensed: Sensed, course: Pursuit, guarded: Guarded, *, at_the_fence: bool) -> Flags:
@@ -42,7 +44,7 @@ def _helm(controls: Controls, now_us: int, *, return_shut_off: bool) -> HelmFlag
     return HelmFlags(
         armed=controls.armed,
         autonomous=not by_hand,
-        manual=wait_s is not None,
+        manual=by_hand and (wait_s is not None or now_us - navigator.awaited_us < _STICKS_COME_US),
         manual_age_s=wait_s,
         guided_age_s=navigator.guided_age_s(now_us),
         return_ordered=controls.returns_by_order and navigator.mode is Mode.RTL,

@@ -86,7 +86,7 @@ class Navigator:
         self._steer: Steer | None = None
         self._steer_us: int | None = None
         self._sticks: ManualInput | None = None
-        self._sticks_us = self._awaited_us = 0
+        self._sticks_us = self.awaited_us = 0
         self._speed_mps: float | None = None
         self._texts: list[tuple[Severity, str]] = []
         self._trial: Trial | None = None
@@ -261,11 +261,11 @@ class Navigator:
 
     def await_sticks(self, now_us: int) -> None:
         """Somebody takes the sticks: the first input may take as long as any later one, however long ago the one before let go."""
-        self._awaited_us = now_us
+        self.awaited_us = now_us
 
     def stick_wait_s(self, now_us: int) -> float | None:
         """Seconds since the last stick input, or since somebody took the sticks; None when there never was one."""
-        return None if self._sticks is None else (now_us - max(self._sticks_us, self._awaited_us)) * 1e-6
+        return None if self._sticks is None else (now_us - max(self._sticks_us, self.awaited_us)) * 1e-6
 
     def guided_age_s(self, now_us: int) -> float | None:
         """Seconds since the last streamed set-point, None when nothing is streamed."""

@@ -303,7 +303,7 @@ class Vehicle:
         if action >= Action.DISARM and controls.armed:
             controls.disarm(", ".join(each.cause for each in verdict.outlook))
         mode = self.parts.navigator.mode
-        if by_hand:
+        if by_hand or (mode is Mode.MANUAL and action >= Action.STOP):
             return
         if action in (Action.HOLD, Action.STOP) and mode is not Mode.HOLD:
             controls.break_off()
