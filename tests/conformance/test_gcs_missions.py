@@ -21,6 +21,8 @@ def item(command, p1=0.0, p2=0.0, p3=0.0, p4=NAN, x=LAT, y=LON, z=0.0, frame=3):
 
 
 WAYPOINT = item(16)
+TRIANGLE = [item(5001, 3.0), item(5001, 3.0, x=LAT + 5000), item(5001, 3.0, y=LON + 5000)]
+"""A fence of 50 m."""
 
 
 def with_home(bench, items, kind=0):
@@ -49,7 +51,7 @@ def upload(bench, items, kind=0, station=None):
 @pytest.mark.parametrize("kind", [0, 1])
 def test_an_item_that_is_to_wait_for_somebody_is_told_of_and_not_refused(bench, kind):
     """Clients that fill fields with zeros mean nothing by it; who means it must not believe that the boat waits."""
-    content = with_home(bench, [WAYPOINT, WAYPOINT, WAYPOINT] if kind == 0 else [item(5001, 3.0)] * 3, kind)
+    content = with_home(bench, [WAYPOINT] * 3 if kind == 0 else TRIANGLE, kind)
     bench.send(dialect.MAVLink_mission_count_message(1, 1, len(content), kind))
     for number, each in enumerate(content):
         made = message(number, each, kind)

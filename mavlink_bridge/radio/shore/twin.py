@@ -87,8 +87,7 @@ class ShoreTwin:
         pairing = Pairing(key, system_id, RadioDirection.TO_VESSEL, nonce, profile)
         self.link = CompactLink(profile, pairing, rng, memory=memory, save=save, now_us=now_us)
         self._ear = OldEar(key, RadioDirection.TO_SHORE)
-        self.params = CachedParams(params)
-        self.plans = CachedPlans()
+        self.params, self.plans = CachedParams(params), CachedPlans()
         self.identity = identity
         self.deeds = Deeds()
         self.logs: None = None  # the vessel's never cross the radio
@@ -97,6 +96,9 @@ class ShoreTwin:
         """When the newest state was true."""
         self._recalled: RadioState | None = None  # of before the start, disarmed: not shown
         self.stood_us: int | None = None  # when an answer last told mode and armed bit
+        self._stands_anew = (
+            False  # an answer has told mode and armed bit: they are shown once, however old the place is
+        )
         self.changed_params: list[str] = []
         """Names of parameters that changed otherwise than by a request from here; the gateway empties it."""
         self._neutral = neutral
@@ -236,9 +238,10 @@ class ShoreTwin:
 
     def snapshot(self, now_us: int, tick: int) -> Snapshot | None:
         """The vessel as last heard; None while that is too old to show. Reached items and texts are handed out once."""
-        texts = self._sayings.logged(now_us) if self.is_fresh(now_us) else ()
-        if self.state is None or self.state_us is None or not self.is_fresh(now_us):
+        is_shown, self._stands_anew = self.is_fresh(now_us) or self._stands_anew, False
+        if self.state is None or self.state_us is None or not is_shown:
             return None
+        texts = self._sayings.logged(now_us)
         reached, self._reached = tuple(self._reached), []
         # a state of before the start is shown with the time of the start; its age is told apart
         heard = max(self.state_us, 0)
@@ -288,7 +291,7 @@ class ShoreTwin:
             return
         tells_all = not frame.is_brief
         self.state = with_standing(before, body[1:]) if tells_all else with_brief(before, body[2:], body[1])
-        self.stood_us = now_us
+        self.stood_us, self._stands_anew = now_us, before is not self._recalled
         self._grid.stands(before, self.state, now_us)
 
     def _on_key(self, frame: RadioFrame, now_us: int) -> None:
