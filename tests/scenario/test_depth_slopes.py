@@ -17,6 +17,7 @@ from mavlink_bridge.language.messages import Distance, EstimatedState
 from sitl.plant.bottom import Flat, Slope
 from sitl.plant.library import load_vessel
 from sitl.plant.water import Water, WaterConfig
+from tests.soaked import in_the_soak
 from tools.benches.cells.depth_runs import QUIET, DepthRun, Noise
 from tools.benches.cells.drawn_hulls import drawn
 
@@ -126,8 +127,8 @@ class Afloat(Noise):
 
 
 @pytest.mark.parametrize("speed_mps", [1.5, 2.5])
-@pytest.mark.parametrize("n", [20, 10, 5, 2])
-@pytest.mark.parametrize("height_m", [0.3, 0.6])
+@pytest.mark.parametrize("n", [10, 2, *in_the_soak(20, 5)])
+@pytest.mark.parametrize("height_m", [0.6, *in_the_soak(0.3)])
 def test_the_closing_rate_keeps_3_85_m_in_waves(n, speed_mps, height_m):
     """What waves explain is no slope; of a slope nothing is lost by that."""
     for seed in range(4):

@@ -9,6 +9,7 @@ import pytest
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import Arm, GuidedHeading, GuidedTarget, Orbit, Reply, Reposition, Result, SetMode
 from mavlink_bridge.language.stations import Station
+from tests.soaked import in_the_soak
 
 NO_DEPTH = "depth.enabled=false"
 FIRST, SECOND = Station(77, 190, "gcs", "10.0.0.7"), Station(255, 190, "gcs", "10.0.0.2")
@@ -36,7 +37,7 @@ def north(trip, away_m: float) -> tuple[float, float]:
     ],
     ids=["go-to", "go-to with a radius", "orbit", "heading", "course"],
 )
-@pytest.mark.parametrize("armed_by", [FIRST, SECOND, None], ids=["who ordered", "another", "from aboard"])
+@pytest.mark.parametrize("armed_by", [SECOND, None, *in_the_soak(FIRST)], ids=["another", "from aboard", "who ordered"])
 def test_it_is_told_to_who_ordered_it_and_dropped_when_another_arms(voyage, left, said, armed_by):
     trip = voyage(NO_DEPTH)
     assert order(trip, left(north(trip, 3000.0)), FIRST).reason == ""

@@ -11,6 +11,7 @@ from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import Arm, Reposition
 from mavlink_bridge.language.units import wrap_pi
 from sitl.sensors.talkers import Truth
+from tests.soaked import in_the_soak
 
 OFF = "Heading not believed"
 
@@ -121,8 +122,20 @@ def test_a_second_compass_that_agrees_with_what_thrust_showed_steps_in(voyage) -
 WILD = ("world.water.wind_mps=12", "world.water.current_mps=0.5", "world.water.wave_height_m=0.5")
 
 
-@pytest.mark.parametrize("receiver", [('world.sensors.grade="rtk"',), (PLAIN,), SLOW, (*SLOW, *NO_VELOCITY)])
-@pytest.mark.parametrize("water", [("world.water.current_mps=2.0",), WILD])
+RTK = ('world.sensors.grade="rtk"',)
+RACE = ("world.water.current_mps=2.0",)
+
+
+@pytest.mark.parametrize(
+    ("water", "receiver"),
+    [
+        (RACE, RTK),
+        (RACE, SLOW),
+        (WILD, (PLAIN,)),
+        (WILD, (*SLOW, *NO_VELOCITY)),
+        *in_the_soak((RACE, (PLAIN,)), (RACE, (*SLOW, *NO_VELOCITY)), (WILD, RTK), (WILD, SLOW)),
+    ],
+)
 def test_a_sound_boat_is_not_stopped_by_what_carries_her(
     voyage, water: tuple[str, ...], receiver: tuple[str, ...]
 ) -> None:

@@ -57,6 +57,7 @@ def test_propellers_that_turn_the_hull_by_a_quarter_of_what_the_file_says_are_fo
     assert fit.errors[2] < 0.1 < fit.errors_before[2]
 
 
+@pytest.mark.soak  # a whole fit; the one before it is of the same kind of log
 def test_a_log_late_with_its_commands_and_a_sensor_forward_of_the_middle_harm_nothing(tmp_path):
     truth = bare("otter", 0.3)
     file = changed(truth, "hull", xuu=1.4 * truth.hull.xuu, nrr=0.7 * truth.hull.nrr, m22_kg=1.3 * truth.hull.m22_kg)

@@ -14,6 +14,7 @@ from companion.core.steer.model import ModelController
 from companion.core.steer.yaw_loop import LoopJudge, yaw_plant
 from sitl.plant.library import load_vessel, vessel_names
 from tests.conftest import require
+from tests.soaked import in_the_soak
 from tools.benches.cells.foreign_hulls import bare, launch, rudderless, single_screw
 from tools.benches.cells.trial_cells import wrong
 
@@ -22,7 +23,10 @@ HULLS = {f"{name}, no rudders, munk {munk}": bare(name, munk) for name in vessel
 HULLS |= {name: load_vessel(name) for name in vessel_names()} | {"launch": launch()}
 
 
-@pytest.mark.parametrize("name", HULLS)
+OFTEN = [name for name in HULLS if not name.endswith("munk 0.5")]
+
+
+@pytest.mark.parametrize("name", [*OFTEN, *in_the_soak(*(name for name in HULLS if name not in OFTEN))])
 def test_margins_hold_up_to_the_speed_that_is_sailed(name):
     """8 dB and 45 degrees by python-control between the table's speeds too; the hull may be sailed at some speed at all."""
     from companion.tuning.margins import heading_margins

@@ -91,7 +91,7 @@ def test_a_gateway_that_starts_anew_shows_nothing_before_the_vessel_has_answered
 
 
 @pytest.mark.parametrize("name", ["n-0.1", "o-10"])
-@pytest.mark.parametrize("lost_s", [2.0, 60.0])
+@pytest.mark.parametrize("lost_s", [60.0, *in_the_soak(2.0)])
 def test_a_stop_reaches_a_vessel_that_did_not_hear_of_the_gateways_start(name, lost_s):
     rig = Rig(profile(name))
     rig.run(700.0)

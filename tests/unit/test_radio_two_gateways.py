@@ -13,12 +13,13 @@ from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import Arm, Result, SetMode, SetParameter
 from mavlink_bridge.radio.codec.state_fields import RadioState, metres_between
 from mavlink_bridge.radio.shore import ShoreTwin
+from tests.soaked import in_the_soak
 from tests.two_gateways import TwoGateways, met
 
 LOST_S = 65.0
 """As ``failsafe.radio_timeout_s``: from this age on the boat holds."""
 AUTO, HOLD = SetMode(Mode.AUTO), SetMode(Mode.HOLD)
-SEEDS = pytest.mark.parametrize("seed", range(2))
+SEEDS = pytest.mark.parametrize("seed", [0, *in_the_soak(1)])
 
 
 def sailing(seed: int) -> TwoGateways:
