@@ -13,7 +13,7 @@ NONE_CHOSEN := 5
 # On a machine that is busy already six tests on the real clock starve each other: two at a time then, and before what it is busy with.
 # Not where it is idle: the kernel's own workers, which carry what a pseudo-terminal is written, would come after them.
 IS_BUSY := awk '{ exit !($$1 > 5) }' /proc/loadavg 2>/dev/null
-REAL_CLOCK := tests/e2e tests/firmware/test_pty_real_time.py
+REAL_CLOCK := tests/e2e tests/firmware/test_pty_real_time.py tests/firmware/test_pty_deadlines.py
 
 .PHONY: help setup lean lean-compiled wheel compiled pypy sim test check bench bench-compare soak fuzz docs lock clean
 

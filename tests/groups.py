@@ -13,9 +13,9 @@ from xdist.remote import Producer
 from xdist.scheduler import LoadScopeScheduling
 
 GROUPS: Final = {
-    # pins and processes are watched against a clock: all of these at once would take each other's time
-    "deadlines": ("test_firmware_vessel", "test_lifecycle", "test_kill_runs"),
-    "pins": ("test_pty_real_time",),
+    # pins and processes are watched against a clock: two of these at once would take each other's time
+    "deadlines": ("test_firmware_vessel", "test_lifecycle", "test_kill_runs", "test_pty_deadlines"),
+    "boards": ("test_pty_real_time",),
     # the tests of each share what its first one makes: an environment, parsed sources, a voyage, a page on its ports
     "pypy": ("test_pypy",),
     "sources": ("test_house_rules",),
@@ -25,14 +25,13 @@ GROUPS: Final = {
 """By group: the modules of its tests."""
 
 
-REAL_CLOCK: Final = ("tests/e2e/", "tests/firmware/test_pty_real_time.py")
+REAL_CLOCK: Final = ("tests/e2e/", "tests/firmware/test_pty_")
 """Few and long: each is handed out alone. Of the others, many and short, a module at a time: it makes what they share once, and seven
 thousand questions of who is free took a quarter of a minute."""
 LONGEST: Final = (
     "test_gateway_story",
     "test_loiter_story",
     "test_firmware_vessel",
-    "test_pty_real_time",
     "test_plan_command",
     "test_tuning",
 )

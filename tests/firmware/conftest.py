@@ -7,6 +7,7 @@ import os
 import pytest
 
 from sitl.board import avr
+from tests.firmware.chip_process import Chip
 
 
 @pytest.fixture(scope="session")
@@ -19,3 +20,17 @@ def avr_build():
             pytest.fail(f"{text}, and REQUIRE_ALL=1 makes that a failure", pytrace=False)
         pytest.skip(text)
     return avr.build
+
+
+@pytest.fixture
+def chips(avr_build, tmp_path):
+    avr_build("uno", "sim")
+    made = []
+
+    def make(count, **options):
+        made.extend(Chip(tmp_path / f"port{len(made)}", **options) for _ in range(count))
+        return made[-count:]
+
+    yield make
+    for chip in made:
+        chip.close()
