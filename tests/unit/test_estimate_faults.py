@@ -180,7 +180,8 @@ def test_row_24_a_position_that_stays_about_one_place_while_its_speed_leads_away
     stays = True
     lost_s = first_time(made, 40.0, lambda here: not here.state.position_valid)
     assert lost_s is not None
-    assert lost_s <= max(12.0, 14.0 / speed_mps)
+    # so far the speed must lead from a place that varies by so much, and ten seconds more
+    assert lost_s <= 11.5 + (5.5 if grade == "rtk" else 11.0) / speed_mps
     assert any("stays about one position" in text for _, _, text in made.texts)
     stays = False
     made.run(15.0)
@@ -226,6 +227,17 @@ def test_a_sound_place_goes_where_its_speed_leads(grade: SensorClass, fix_hz: fl
     made = SensorRig(circle(20.0, speed_mps), sensors=SimulatedSensors(grade=grade, fix_hz=fix_hz))
     made.run(300.0)
     assert not [text for _, _, text in made.texts if "place and speed" in text]
+
+
+def test_row_24_a_boat_on_her_ropes_whose_thrusters_are_tried_has_a_sound_receiver() -> None:
+    """Its place is pinned at rest (static hold): told of, it was none for good, and Auto was refused."""
+    made = SensorRig(lambda t_s: Pose(0.0, 0.0, 0.4, 0.0, 0.0, u_mps=1.0 if 10.0 < t_s < 25.0 else 0.0))
+    made.suite.faults.frozen = True
+    made.run(24.0)
+    assert is_frozen(made)
+    made.run(10.0)
+    assert not is_frozen(made)
+    assert made.state.position_valid
 
 
 def test_row_24_a_receiver_that_was_told_of_is_not_sound_because_the_boat_has_stopped() -> None:

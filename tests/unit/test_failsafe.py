@@ -736,6 +736,44 @@ def test_a_stop_whose_cause_is_gone_does_not_wait_for_an_order_that_nobody_can_g
     assert "Over: position lost" in [text for _, text in run.texts]
 
 
+def test_a_sensor_that_is_lost_again_and_again_ends_no_stop_any_more():
+    """A compass that was truly wrong, and a place that was spoofed, were believed anew each minute: 1200 m in 20 minutes."""
+    run = Run()
+    run.step(SILENT)
+    assert run.step(SILENT, 61.0) is Action.RETURN
+    for wait_s in (10.0, 20.0, 40.0):
+        assert run.step(changed(SILENT, position_lost=True), 5.0) is Action.STOP
+        run.step(SILENT)
+        assert run.step(SILENT, wait_s - 0.1) is Action.STOP
+        assert run.step(SILENT, 0.2) is Action.RETURN
+    run.step(changed(SILENT, position_lost=True), 5.0)
+    run.step(SILENT)
+    assert run.step(SILENT, 3600.0) is Action.STOP
+    # a station that is heard again begins anew
+    run.step(changed(WELL, operator_order=Order.RETURN))
+    assert run.causes == ()
+
+
+def test_somebody_who_holds_the_boat_from_the_page_is_there_to_order():
+    run = Run()
+    run.step(SILENT)
+    run.step(SILENT, 61.0)
+    run.step(changed(SILENT, operator_order=Order.BYSTANDER_HOLD))
+    run.step(changed(SILENT, position_lost=True))
+    run.step(SILENT)
+    assert run.step(SILENT, 600.0) is Action.STOP
+
+
+def test_a_boat_that_is_let_drift_in_manual_is_not_held_but_brought_home():
+    idle = changed(WELL, autonomous=False, manual_idle=True)
+    run = Run()
+    assert run.step(changed(idle, fence_breach=True)) is Action.WARN
+    run = Run()
+    assert run.step(changed(idle, gcs_age_s=100.0)) is Action.WARN
+    assert run.step(changed(idle, gcs_age_s=100.0), 61.0) is Action.RETURN
+    assert "Ground station lost" in [text for _, text in run.texts]
+
+
 def test_with_a_station_it_waits():
     run = Run()
     run.step(changed(WELL, position_lost=True))
@@ -796,3 +834,7 @@ def test_a_return_begins_again_when_the_fence_has_let_go():
     assert run.step(critical, 2.0) is Action.HOLD
     assert run.step(critical, 3.0) is Action.RETURN
     assert run.step(changed(critical, return_shut_off=True), 60.0) is Action.HOLD
+    assert run.step(changed(critical, fence_ahead=True)) is Action.HOLD
+    run.step(critical)
+    assert run.step(critical, 9.0) is Action.HOLD, "stopped again, she tries again later"
+    assert run.step(critical, 2.0) is Action.RETURN

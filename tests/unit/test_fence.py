@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+import random
 
 import pytest
 from hypothesis import given, settings, strategies as st
 
 from companion.core.guard.fence import Fence, FenceConfig
-from companion.core.guard.fence_region import FenceDisc, Polygon, build_region
+from companion.core.guard.fence_region import FenceDisc, Polygon, Region, Shape, build_region
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import EstimatedState, FenceArea, Severity
+from mavlink_bridge.language.points import NorthEast
 
 HERE = (0.7188, -0.1519)
 FRAME = LocalFrame(*HERE)
@@ -281,3 +283,32 @@ def test_no_stop_is_foretold_where_none_comes():
         (math.inf, sailing(0.8, 0.0, -50.0)),  # out of sight
     ):
         assert fence.check(state, 1.0, straight_m=straight_m).status.stops_in_m is None
+
+
+def test_a_way_leads_out_of_the_fence_where_it_crosses_an_edge_and_never_along_clear_water():
+    """Held against a march in steps of a decimetre: discs and polygons, in and out, from inside and from outside."""
+    dice = random.Random("ways")
+    for _ in range(300):
+        areas: list[Shape] = [FenceDisc(point(dice), dice.uniform(5.0, 30.0)) for _ in range(dice.randrange(3))]
+        areas += [Polygon([point(dice) for _ in range(dice.randrange(3, 7))]) for _ in range(dice.randrange(1, 3))]
+        count = dice.randrange(len(areas) + 1)
+        region = Region(areas[:count], areas[count:], dice.random() < 0.5)
+        start, end = point(dice), point(dice)
+        way = NorthEast((end[0] - start[0], end[1] - start[1]))
+        steps = math.ceil(math.hypot(*way) / 0.1)
+        rooms = [
+            region.inside_m(NorthEast((start[0] + k / steps * way[0], start[1] + k / steps * way[1])))
+            for k in range(steps + 1)
+        ]
+        if min(abs(room) for room in rooms[:1] + rooms[-1:]) < 0.2:
+            continue  # begins or ends on an edge
+        inside = [room >= 0.0 for room in rooms]
+        marched = any(not later for later in inside[inside.index(True) :]) if any(inside) else False
+        if region.leads_out(start, way) != marched:
+            # a corner that is cut by less than a step is none for the march
+            assert region.leads_out(start, way)
+            assert min(abs(room) for room in rooms) < 0.1
+
+
+def point(dice: random.Random) -> NorthEast:
+    return NorthEast((dice.uniform(-40.0, 40.0), dice.uniform(-40.0, 40.0)))

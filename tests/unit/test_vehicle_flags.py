@@ -156,14 +156,14 @@ def test_a_board_that_never_was_there_is_not_lost():
 
 
 def test_every_flag_has_been_looked_at():
-    by_mode = {"autonomous", "manual", "manual_age_s"}
+    by_mode = {"autonomous", "manual", "manual_idle", "manual_age_s"}
     asked_at_the_fence = {"return_shut_off"}  # tests/scenario/test_fence_voyages.py
     assert HOME.keys() == BY_CAUSE.keys() | by_mode | asked_at_the_fence
 
 
 def test_the_flags_of_a_mode():
     assert gathered(helm=Helm(Mode.AUTO, stick_s=0.2)) == CALM, "sticks count by hand only"
-    assert gathered(helm=Helm(Mode.MANUAL)) == Flags(), "no stick ever moved: nobody steers"
+    assert gathered(helm=Helm(Mode.MANUAL)) == flags_named(manual_idle=True), "no stick ever moved: nobody steers"
     taken = Helm(Mode.MANUAL)
     taken.awaited_us = -9_000_000
     assert gathered(helm=taken) == flags_named(manual=True), "somebody reaches for the sticks"

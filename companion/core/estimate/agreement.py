@@ -107,6 +107,8 @@ class FrozenWatch:
         self._last: tuple[float | None, float | None] | None = None
         self._since_us = 0
         self._last_utc_us: int | None = None
+        self._led = False
+        """Whether its own speed has led from the place that it repeats."""
         self._stuck = _Stuck()
         self.text = ""
         """What to say of it."""
@@ -114,14 +116,16 @@ class FrozenWatch:
     def same_for_s(self, fix: GpsFix, at: Pair, velocity: Pair | None, *, moving: bool, told: bool) -> float:
         """Seconds that the position has been the same; of a vessel at rest it does not count, unless it was ``told`` of before.
 
-        ``at``: where the fix is, m; ``velocity``: what it tells of it, m/s.
+        Not so of one that has told no speed: on her ropes a vessel does not move, whatever her thrusters should make of it. ``at``: where
+        the fix is, m; ``velocity``: what it tells of it, m/s.
         """
         here = (fix.lat_rad, fix.lon_rad)
         repeated_utc = fix.utc_us is not None and fix.utc_us == self._last_utc_us
         self._last_utc_us = fix.utc_us
-        if here != self._last or not (moving or repeated_utc or told):
-            self._last = here
+        if here != self._last or not (moving or repeated_utc or (told and self._led)):
+            self._last, self._led = here, False
             self._since_us = fix.t_us
+        self._led = self._led or (velocity is not None and math.hypot(*velocity) > _LEADS_MPS)
         same_s = (fix.t_us - self._since_us) * 1e-6
         slack_m = _SLACK_M + _SIGMAS * POSITION_SIGMA_M[fix.fix_type]
         stuck_s = self._stuck.step(fix.t_us, at, velocity, slack_m=slack_m, told=told)
@@ -135,24 +139,24 @@ class _Stuck:
     def __init__(self) -> None:
         self._first: Pair | None = None
         self._first_us = self._last_us = 0
+        self._far_us: int | None = None
         self._way = (0.0, 0.0)
 
     def step(self, t_us: int, at: Pair, velocity: Pair | None, *, slack_m: float, told: bool) -> float:
-        """Return for how long a place has not moved that should have, s."""
+        """Return for how long the speed has led so far away that the place should have moved, s."""
         since_us, self._last_us = t_us - self._last_us, t_us
         if velocity is None or self._first is None or not 0 < since_us < _GAP_US:
             return self._begin(t_us, at)
         since_s = since_us * 1e-6
         self._way = (self._way[0] + velocity[0] * since_s, self._way[1] + velocity[1] * since_s)
         way_m, moved_m = math.hypot(*self._way), math.hypot(at[0] - self._first[0], at[1] - self._first[1])
-        # what it moved at first took its time, to a fix
-        passed_s = (t_us - self._first_us) * 1e-6 * (1.0 - moved_m / max(way_m, moved_m, _SLACK_M)) - since_s
-        if told and moved_m < 2.0 * slack_m:
-            return passed_s
-        if told or way_m < _LEADS_MPS * passed_s or moved_m > slack_m + _STAYS * way_m:
-            return self._begin(t_us, at)
-        return passed_s if way_m > _FAR * slack_m else 0.0
+        if not (told and self._far_us is not None and moved_m < 2.0 * slack_m):
+            if way_m < _LEADS_MPS * (t_us - self._first_us) * 1e-6 or moved_m > slack_m + _STAYS * way_m:
+                return self._begin(t_us, at)
+            if way_m > _FAR * slack_m and self._far_us is None:
+                self._far_us = t_us
+        return 0.0 if self._far_us is None else (t_us - self._far_us) * 1e-6
 
     def _begin(self, t_us: int, at: Pair) -> float:
-        self._first, self._first_us, self._way = at, t_us, (0.0, 0.0)
+        self._first, self._first_us, self._far_us, self._way = at, t_us, None, (0.0, 0.0)
         return 0.0

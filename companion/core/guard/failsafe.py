@@ -6,7 +6,7 @@ It holds no state of its own: the memory goes in and comes out, time is an argum
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import field, replace
 from types import MappingProxyType
 from typing import Final
@@ -40,7 +40,11 @@ __all__ = [
 
 _NONE: Final = Action.NONE
 _REST_US: Final = 5_000_000
-"""After the fence's stop a return begins again when the way is off: sooner, she would be stopped by what is left of it."""
+"""After the fence's stop a return begins again when the way is off: sooner, she would be stopped by what is left of it,"""
+_DOUBLINGS: Final = 6
+"""twice as long after each further stop, up to five minutes: in a channel too narrow for her she must not try for ever."""
+_MOST_ALONE: Final = 3
+"""A sensor that is lost again and again is not sound though it is back each time: each wait is twice the last, and then none ends."""
 
 
 @value
@@ -50,6 +54,8 @@ class FailsafeMemory:
     entries: Mapping[str, Entry] = field(default_factory=lambda: MappingProxyType({}))
     required_since_us: int | None = None
     """Since when a ground station is required without a break."""
+    alone: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    """How often each condition has ended without an order since nobody was there to give one."""
 
 
 @value
@@ -81,18 +87,21 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
     flags = _count_from_requirement(flags, required_since_us, now_us, config)
     before = memory.entries
     nobody = _nobody_orders(before, config)
+    alone = dict(memory.alone) if nobody else {}
     moves: list[tuple[Rule, Entry | None, Entry | None]] = []
     entries: dict[str, Entry] = {}
     done = Done(Action.NONE)
     for rule in config.rules:
         row = rule.row
         old = before.get(row.name)
-        raised = _come(rule, row.age, old, flags) if row.flag is None else row.flag(flags)
+        if old is not None and _is_met_anew(row, old, flags) and _is_raised(rule, None, flags):
+            old = None
+        raised = _is_raised(rule, old, flags)
         if old is None and not raised:
             continue
-        if old is not None and raised and _is_met_anew(row, old, flags):
-            old = None
-        entry = _advance(rule, old, raised, flags, now_us, nobody=nobody)
+        entry = _advance(rule, old, raised, flags, now_us)
+        if entry is not None and nobody and _ends_alone(rule, entry, now_us, alone.get(row.name, 0)):
+            entry, alone[row.name] = None, alone.get(row.name, 0) + 1
         moves.append((rule, old, entry))
         if entry is not None:
             entries[row.name] = entry
@@ -106,7 +115,7 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
             entries[rule.row.name], told = tell_back(rule, entry, flags, now_us, done)
             texts += told
     causes = tuple(name for name, entry in entries.items() if entry.fired_us is not None)
-    result = FailsafeResult(FailsafeMemory(entries, required_since_us), done.action, causes, tuple(texts))
+    result = FailsafeResult(FailsafeMemory(entries, required_since_us, alone), done.action, causes, tuple(texts))
     return replace(result, thrust_share=config.oscillation_thrust) if "oscillating" in causes else result
 
 
@@ -123,7 +132,8 @@ def _bars_the_way(fence: Entry | None, flags: Flags, now_us: int) -> bool:
     """A return that leads across the fence waits before it; any other only until the vessel that was stopped there has come to rest."""
     if fence is None or flags.helm.manual:
         return False
-    return flags.helm.return_shut_off or fence.gone_us is None or now_us - fence.gone_us < _REST_US
+    rest_us = _REST_US << min(fence.again, _DOUBLINGS)
+    return flags.helm.return_shut_off or fence.gone_us is None or now_us - fence.gone_us < rest_us
 
 
 def _nobody_orders(entries: Mapping[str, Entry], config: FailsafeConfig) -> bool:
@@ -134,6 +144,7 @@ def _nobody_orders(entries: Mapping[str, Entry], config: FailsafeConfig) -> bool
         and entry.gone_us is None
         and wanted(rule, entry) is Action.RETURN
         and entry.escalated
+        and not entry.taken
         for rule in config.rules
     )
 
@@ -168,14 +179,17 @@ def _count_from_requirement(flags: Flags, since_us: int | None, now_us: int, con
     return flags
 
 
-def _come(rule: Rule, age: Callable[[Flags], float | None] | None, old: Entry | None, flags: Flags) -> bool:
-    """Whether an age has come to its delay. What has acted counts as silent from half of it on, so that gaps add up."""
-    assert age is not None
-    age_s = age(flags)
+def _is_raised(rule: Rule, old: Entry | None, flags: Flags) -> bool:
+    """Whether a cause stands. An age does from its delay on; of what has acted from half of it on, so that gaps add up."""
+    row = rule.row
+    if row.flag is not None:
+        return row.flag(flags)
+    assert row.age is not None
+    age_s = row.age(flags)
     return age_s is not None and reached(age_s, rule.delay_us if old is None else rule.again_us)
 
 
-def _advance(rule: Rule, old: Entry | None, raised: bool, flags: Flags, now_us: int, *, nobody: bool) -> Entry | None:
+def _advance(rule: Rule, old: Entry | None, raised: bool, flags: Flags, now_us: int) -> Entry | None:
     """Return what is remembered after this tick; None = nothing (never acted, or cleared)."""
     if raised:
         entry = Entry(now_us) if old is None else _stands(rule, old, flags, now_us)
@@ -184,7 +198,7 @@ def _advance(rule: Rule, old: Entry | None, raised: bool, flags: Flags, now_us: 
         if old.fired_us is None:
             return None
         entry = old if old.gone_us is not None else _gone(old, now_us)
-        if _cleared(rule, entry, flags, now_us) or (nobody and _ends_alone(rule, entry, now_us)):
+        if _cleared(rule, entry, flags, now_us):
             return None
     if entry.fired_us is None:
         due = rule.row.age is not None or now_us - entry.since_us >= rule.delay_us
@@ -200,7 +214,7 @@ def _stands(rule: Rule, old: Entry, flags: Flags, now_us: int) -> Entry:
     since_us = now_us if age_s is None else old.gone_us
     if age_s is not None and age_s * 1e6 < now_us - old.gone_us:
         since_us = now_us - round(age_s * 1e6)
-    return replace(old, gone_us=None, stands_us=since_us, told_back=False)
+    return replace(old, gone_us=None, stands_us=since_us, told_back=False, again=old.again + 1)
 
 
 def _gone(old: Entry, now_us: int) -> Entry:
@@ -221,10 +235,11 @@ def _continue(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> Entry:
     return entry
 
 
-def _ends_alone(rule: Rule, entry: Entry, now_us: int) -> bool:
-    """Whether a condition whose cause is steadily gone ends where there is nobody to order it."""
-    assert entry.gone_us is not None
-    return rule.row.ends_alone and now_us - entry.gone_us >= max(rule.clear_us, STEADY_US)
+def _ends_alone(rule: Rule, entry: Entry, now_us: int, times: int) -> bool:
+    """Whether a condition whose cause is steadily gone ends where there is nobody to order it; ``times``: how often it has."""
+    if entry.gone_us is None or not rule.row.ends_alone or times >= _MOST_ALONE:
+        return False
+    return now_us - entry.gone_us >= max(rule.clear_us, STEADY_US) << times
 
 
 def _cleared(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> bool:

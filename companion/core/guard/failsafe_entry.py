@@ -30,6 +30,8 @@ class Entry:
     """What earlier spells have put on that clock."""
     told_back: bool = False
     """That the cause is steadily gone, and what goes on."""
+    again: int = 0
+    """How often the cause has come back since it acted."""
     told_soon: bool = False
     """That the second action is near."""
 
@@ -47,6 +49,8 @@ def wanted(rule: Rule, entry: Entry) -> Action:
 def acting(rule: Rule, entry: Entry, flags: Flags) -> Action:
     """What a condition that has acted asks for now."""
     action = wanted(rule, entry)
+    if action is Action.HOLD and flags.helm.manual_idle:
+        return Action.WARN  # a boat that is let drift is brought home, but not held
     by_hand = flags.helm.manual and rule.row.takeover is not Takeover.NEVER
     on_its_way = flags.helm.return_ordered and rule.row.station
     return min(action, Action.WARN) if entry.taken or by_hand or on_its_way else action

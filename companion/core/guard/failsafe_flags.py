@@ -33,6 +33,8 @@ class HelmFlags:
     """The mode in force steers by position or heading (everything but Manual)."""
     manual: bool = False
     """Manual mode with sticks, or with somebody who may just be reaching for them."""
+    manual_idle: bool = False
+    """Manual mode in which no stick ever moved."""
     manual_age_s: float | None = None
     """Since the last stick message; None outside Manual."""
     guided_age_s: float | None = None

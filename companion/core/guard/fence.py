@@ -131,7 +131,7 @@ class Fence:
     def load(self, areas: Sequence[FenceArea]) -> None:
         """Replace all areas; a breach by the new ones shows at the next check. Empty = no fence."""
         self._areas = tuple(areas)
-        self._region = None
+        self._region, self._told_out = None, False
         self._renew()
 
     def enable(self, on: bool) -> None:
@@ -176,17 +176,8 @@ class Fence:
         region = self._laid_out(state) if self.enabled else None
         if region is None or self._origin is None or state.x_m is None or state.y_m is None:
             return False
-        there = LocalFrame(*self._origin).to_local(*place)
-        way = NorthEast((there[0] - state.x_m, there[1] - state.y_m))
-        way_m, gone_m, was_inside = math.hypot(*way), 0.0, False
-        while gone_m < way_m:
-            share = gone_m / way_m
-            inside_m = region.inside_m(NorthEast((state.x_m + share * way[0], state.y_m + share * way[1])))
-            if was_inside and inside_m < 0.0:
-                return True
-            was_inside = was_inside or inside_m >= 0.0
-            gone_m += max(abs(inside_m), _SAMPLE_M)
-        return was_inside and region.inside_m(there) < 0.0
+        here, there = NorthEast((state.x_m, state.y_m)), LocalFrame(*self._origin).to_local(*place)
+        return region.leads_out(here, NorthEast((there[0] - here[0], there[1] - here[1])))
 
     def check(
         self,
@@ -240,6 +231,8 @@ class Fence:
                 sight_m = min(speed_mps * _SIGHT_S, straight_m)
                 run_m = stopping_distance_m + speed_mps * self._reaction_s
                 found = self._stops_in(region, here, self._way(state, course_rad, run_m), sight_m)
+                if found == 0.0:  # this way leads inward, or the stop would be asked for by now
+                    found = None
             self._stops_in_m = found
             if found is None:
                 self._told = False
@@ -274,7 +267,7 @@ class Fence:
         return None
 
     def _nothing(self) -> FenceOutput:
-        self._asked, self._told = "", False
+        self._asked, self._told, self._told_out = "", False, False
         self._stops_in_m = None
         if self._status is not self._clear.status:
             self._status = FenceStatus(breach_count=self._status.breach_count)

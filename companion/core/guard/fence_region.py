@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import FenceArea
@@ -23,6 +24,16 @@ class FenceDisc:
     def inside_m(self, point: NorthEast) -> float:
         """Distance to the edge, m, positive inside."""
         return self.radius_m - math.hypot(point[0] - self.centre[0], point[1] - self.centre[1])
+
+    def cuts(self, start: NorthEast, way: NorthEast) -> list[float]:
+        """Shares of a straight way at which it meets the edge."""
+        north, east = start[0] - self.centre[0], start[1] - self.centre[1]
+        square = way[0] * way[0] + way[1] * way[1]
+        middle = -(north * way[0] + east * way[1])
+        under = middle * middle - square * (north * north + east * east - self.radius_m * self.radius_m)
+        if square == 0.0 or under < 0.0:
+            return []
+        return [(middle + side * math.sqrt(under)) / square for side in (-1.0, 1.0)]
 
 
 class Polygon:
@@ -54,6 +65,18 @@ class Polygon:
                 nearest2 = distance2
         return math.sqrt(nearest2) if inside else -math.sqrt(nearest2)
 
+    def cuts(self, start: NorthEast, way: NorthEast) -> list[float]:
+        """Shares of a straight way at which it meets an edge."""
+        found = []
+        for n1, e1, _, dn, de in self._edges:
+            across = way[0] * de - way[1] * dn
+            if across == 0.0:
+                continue
+            n, e = n1 - start[0], e1 - start[1]
+            if 0.0 <= (n * way[1] - e * way[0]) / across <= 1.0:
+                found.append((n * de - e * dn) / across)
+        return found
+
 
 Shape = FenceDisc | Polygon
 
@@ -75,6 +98,22 @@ class Region:
             if outside_m < allowed_m:
                 allowed_m = outside_m
         return allowed_m
+
+    def leads_out(self, start: NorthEast, way: NorthEast) -> bool:
+        """Whether a straight way leads from where the vessel may be to where she may not; from outside: out again.
+
+        Between two edges it is all inside or all outside, so their middles tell.
+        """
+        shapes = (*self._inclusions, *self._exclusions)
+        cuts = sorted(cut for shape in shapes for cut in shape.cuts(start, way) if 0.0 < cut < 1.0)
+        was_inside = False
+        for begin, end in pairwise((0.0, *cuts, 1.0)):
+            share = 0.5 * (begin + end)
+            is_inside = self.inside_m(NorthEast((start[0] + share * way[0], start[1] + share * way[1]))) >= 0.0
+            if was_inside and not is_inside:
+                return True
+            was_inside = was_inside or is_inside
+        return False
 
 
 def build_region(areas: Sequence[FenceArea], frame: LocalFrame, union: bool = False) -> Region:

@@ -41,10 +41,12 @@ def _helm(controls: Controls, now_us: int, *, return_shut_off: bool) -> HelmFlag
     navigator = controls.parts.navigator
     by_hand = navigator.mode is Mode.MANUAL
     wait_s = navigator.stick_wait_s(now_us) if by_hand else None
+    is_idle = by_hand and wait_s is None and now_us - navigator.awaited_us >= _STICKS_COME_US
     return HelmFlags(
         armed=controls.armed,
         autonomous=not by_hand,
-        manual=by_hand and (wait_s is not None or now_us - navigator.awaited_us < _STICKS_COME_US),
+        manual=by_hand and not is_idle,
+        manual_idle=is_idle,
         manual_age_s=wait_s,
         guided_age_s=navigator.guided_age_s(now_us),
         return_ordered=controls.returns_by_order and navigator.mode is Mode.RTL,

@@ -24,6 +24,8 @@ from .plan_reach import MissionConfig, shown
 HOME: Final = "home"
 THERE_M: Final = 2.0
 """Nearer than this the vessel is there, as at a waypoint by default: no way is left that is worth a text or that a fence could stop."""
+_ASKED_EVERY_US: Final = 500_000
+"""A vessel that the fence has stopped makes no way; rally points and corners by the hundred take a part of a tick."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +59,8 @@ class Havens:
         self._key: object = None
         self._tell_us: int | None = None
         self._told = ""
+        self._shut_off: tuple[object, bool] = None, False
+        """What ``is_shut_off`` was last asked of, and the answer."""
 
     def nearest(self, state: EstimatedState, speed_mps: float | None = None) -> Haven | None:
         """Return where Return leads from here at a speed (None: the usual one); None without a position, or without a place."""
@@ -71,8 +75,12 @@ class Havens:
 
     def is_shut_off(self, state: EstimatedState) -> bool:
         """Whether the straight way to where Return leads goes across the fence."""
-        place = self.nearest(state)
-        return place is not None and self._fence is not None and self._fence.crosses(state, place.point)
+        key = (state.t_us // _ASKED_EVERY_US, self.key)
+        if key != self._shut_off[0]:
+            place = self.nearest(state)
+            is_shut = place is not None and self._fence is not None and self._fence.crosses(state, place.point)
+            self._shut_off = key, is_shut
+        return self._shut_off[1]
 
     def step(self, now_us: int, state: EstimatedState) -> tuple[Severity, str] | None:
         """Look at rally points that were loaded, or that another fence stands about; return a text when one is passed over."""

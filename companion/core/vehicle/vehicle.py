@@ -298,12 +298,15 @@ class Vehicle:
         return verdict
 
     def _react(self, verdict: FailsafeVerdict, before: Action, *, by_hand: bool) -> None:
-        """Change mode as the failsafe asks. With sticks in an operator's hand thrust may be taken away, the mode not."""
+        """Change mode as the failsafe asks. Manual is the operator's: thrust may be taken away, the mode not, but to bring her home.
+
+        ``by_hand``: sticks steer, or may do so in a moment.
+        """
         controls, action = self.controls, verdict.result.action
         if action >= Action.DISARM and controls.armed:
             controls.disarm(", ".join(each.cause for each in verdict.outlook))
         mode = self.parts.navigator.mode
-        if by_hand or (mode is Mode.MANUAL and action >= Action.STOP):
+        if by_hand or (mode is Mode.MANUAL and action is not Action.RETURN):
             return
         if action in (Action.HOLD, Action.STOP) and mode is not Mode.HOLD:
             controls.break_off()

@@ -303,8 +303,7 @@ class ShoreTwin:
         state = self._beacons.keys.apply(frame, now_us)
         if state is None:
             return
-        newest = self.state
-        if newest is not None:
+        if (newest := self.state) is not None:
             # a difference is sent only while the status is its key's, or brings its own; of the rest a later key may have told
             state = with_health(state, newest, flags=not delta_parts(frame.body).changes)
         self._take_state(state, now_us, now_us)
@@ -372,8 +371,7 @@ class ShoreTwin:
         for outcome in self.link.outcomes():
             if self._sync.ended(outcome.id) or self._edits.ended(outcome):
                 continue
-            pending = self._pending.pop(outcome.id)
-            if pending is not None:
+            if (pending := self._pending.pop(outcome.id)) is not None:
                 self._settle(pending, outcome, now_us)
 
     def _settle(self, pending: PendingOrder, outcome: TransferOutcome, now_us: int) -> None:
