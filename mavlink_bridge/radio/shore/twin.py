@@ -58,6 +58,8 @@ _NO_BEACON: Final = "Armed. This radio profile has no beacon: the vessel will no
 _FOREIGN: Final = (
     "Radio: the vessel speaks format {}, this gateway {}: only Hold and Disarm cross; update the older one"
 )
+_SHOWN_US: Final = 500_000
+"""What an answer tells is shown so long, which is once, however old the place is."""
 
 
 class ShoreTwin:
@@ -96,9 +98,6 @@ class ShoreTwin:
         """When the newest state was true."""
         self._recalled: RadioState | None = None  # of before the start, disarmed: not shown
         self.stood_us: int | None = None  # when an answer last told mode and armed bit
-        self._stands_anew = (
-            False  # an answer has told mode and armed bit: they are shown once, however old the place is
-        )
         self.changed_params: list[str] = []
         """Names of parameters that changed otherwise than by a request from here; the gateway empties it."""
         self._neutral = neutral
@@ -238,8 +237,8 @@ class ShoreTwin:
 
     def snapshot(self, now_us: int, tick: int) -> Snapshot | None:
         """The vessel as last heard; None while that is too old to show. Reached items and texts are handed out once."""
-        is_shown, self._stands_anew = self.is_fresh(now_us) or self._stands_anew, False
-        if self.state is None or self.state_us is None or not is_shown:
+        is_told = self.stood_us is not None and now_us - self.stood_us < _SHOWN_US
+        if self.state is None or self.state_us is None or not (is_told or self.is_fresh(now_us)):
             return None
         texts = self._sayings.logged(now_us)
         reached, self._reached = tuple(self._reached), []
@@ -291,7 +290,7 @@ class ShoreTwin:
             return
         tells_all = not frame.is_brief
         self.state = with_standing(before, body[1:]) if tells_all else with_brief(before, body[2:], body[1])
-        self.stood_us, self._stands_anew = now_us, before is not self._recalled
+        self.stood_us = None if before is self._recalled else now_us
         self._grid.stands(before, self.state, now_us)
 
     def _on_key(self, frame: RadioFrame, now_us: int) -> None:
