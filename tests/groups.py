@@ -32,6 +32,7 @@ LONGEST: Final = (
     "test_gateway_story",
     "test_loiter_story",
     "test_firmware_vessel",
+    "test_page",
     "test_plan_command",
     "test_tuning",
 )

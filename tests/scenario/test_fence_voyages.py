@@ -18,6 +18,7 @@ from mavlink_bridge.language.requests import (
     SetMode,
     StartPlan,
 )
+from tests.soaked import in_the_soak
 from tests.world_station import Helm
 
 WEATHER = (
@@ -205,8 +206,9 @@ def test_a_return_that_leads_across_the_fence_waits_and_says_so():
     assert helm.texts().count("Return to home, ") <= 1
 
 
-@pytest.mark.parametrize("out_m", [0.5, 4.0])
-@pytest.mark.parametrize("hull", ["otter", "blueboat"])
+@pytest.mark.parametrize(
+    ("hull", "out_m"), [("otter", 0.5), ("blueboat", 4.0), *in_the_soak(("otter", 4.0), ("blueboat", 0.5))]
+)
 def test_wind_and_current_that_set_outward_do_not_bar_the_way_inward(voyage, hull, out_m):
     """A short run inward and a long set outward ended nearer the edge than she was: sixteen orders to return, and 2 m gained."""
     trip = voyage("depth.enabled=false", f'vessel="{hull}"', "world.water.current_mps=0.4", *SET_OUT)

@@ -37,7 +37,7 @@ def north(trip, away_m: float) -> tuple[float, float]:
     ],
     ids=["go-to", "go-to with a radius", "orbit", "heading", "course"],
 )
-@pytest.mark.parametrize("armed_by", [SECOND, None, *in_the_soak(FIRST)], ids=["another", "from aboard", "who ordered"])
+@pytest.mark.parametrize("armed_by", [SECOND, *in_the_soak(FIRST, None)], ids=["another", "who ordered", "from aboard"])
 def test_it_is_told_to_who_ordered_it_and_dropped_when_another_arms(voyage, left, said, armed_by):
     trip = voyage(NO_DEPTH)
     assert order(trip, left(north(trip, 3000.0)), FIRST).reason == ""

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.soaked import in_the_soak
 from tools.benches.lora import soak
 
 CASES = [(name, loss) for name in ("o-10", "n-0.1") for loss in (0.0, 0.3, 0.6)]
@@ -12,7 +13,7 @@ def assert_clean(found):
     assert (found["violations"], found["false"], found["twice"]) == (0, 0, 0), found
 
 
-@pytest.mark.parametrize("name", ["o-10", "n-0.1"])
+@pytest.mark.parametrize("name", ["o-10", *in_the_soak("n-0.1")])
 def test_an_hour(name):
     assert_clean(soak(name, 0.3, 1.0, seed=3))
 

@@ -21,6 +21,7 @@ from sitl.plant.truth import Truth
 from sitl.sensors import talkers
 from sitl.world.settings import SimSettings
 from sitl.world.world import World
+from tests.soaked import in_the_soak
 
 CHANGE_SPEED, LOITER_UNLIMITED = 178, 17
 RADIUS_M = 20.0
@@ -417,8 +418,14 @@ def test_a_second_compass_on_the_line_changes_nothing_at_sea(off_deg: float) -> 
     assert len([text for text in texts if "HEHDT" in text]) <= 1
 
 
-@pytest.mark.parametrize("order", [Arm(arm=False), SetMode(Mode.MANUAL)], ids=["disarmed", "by hand"])
-@pytest.mark.parametrize(("fault", "what"), [("gnss_silent", "position"), ("heading_silent", "heading")])
+@pytest.mark.parametrize(
+    ("order", "fault", "what"),
+    [
+        (Arm(arm=False), "heading_silent", "heading"),
+        (SetMode(Mode.MANUAL), "gnss_silent", "position"),
+        *in_the_soak((SetMode(Mode.MANUAL), "heading_silent", "heading"), (Arm(arm=False), "gnss_silent", "position")),
+    ],
+)
 def test_what_is_lost_is_not_back_because_nobody_steers_by_it(fault: str, what: str, order: Arm | SetMode) -> None:
     """ "Heading is back: order Hold to go on" was told of a compass that was silent all the time, and arming refused right after it."""
     world = on_the_circle("world.sensors.rate_hz=0")
