@@ -223,8 +223,7 @@ class Estimator:
             if sog_mps > _COURSE_MIN_MPS:
                 cog_rad = wrap_pi(math.atan2(ve, vn))
         from_course = not heading_valid and self._course_stands_in(now_us)
-        if not heading_valid and not from_course:
-            psi_rad = None
+        psi_rad = psi_rad if heading_valid or from_course else None
         dt_s, self._last_us = 0.0 if self._last_us is None else (now_us - self._last_us) * 1e-6, now_us
         ground = None if motion is None else motion[2:]
         self._own.step(dt_s, ground)
