@@ -109,7 +109,7 @@ def _conversation(
             profile,
             witness.placeholder or read_key(settings.radio.key_file),
             vehicle,
-            _rng(settings),
+            _rng(vehicle),
             nonce=bytes.fromhex(vehicle.identity.start_nonce),
             memory=memory,
             save=lambda text: _save(store, MEMORY_KEY, text),
@@ -120,7 +120,7 @@ def _conversation(
         )
     if protocol == "json":
         return JsonRadio(profile, system.name, ledger, say=shared.say)
-    return plain_radio(profile, vehicle, _rng(settings), system_id=system.system_id, ledger=ledger, shared=shared)
+    return plain_radio(profile, vehicle, _rng(vehicle), system_id=system.system_id, ledger=ledger, shared=shared)
 
 
 def plain_radio(
@@ -144,8 +144,9 @@ def plain_radio(
     )
 
 
-def _rng(settings: Settings) -> random.Random:
-    return random.Random(f"radio/{settings.system.system_id}")
+def _rng(vehicle: VehiclePort) -> random.Random:
+    """Waits by chance, from the start's own: two vessels of one number that start together must not speak at the same moments for ever."""
+    return random.Random(f"radio/{vehicle.identity.start_nonce}")
 
 
 def _save(store: AnyStore, key: str, text: str) -> None:
