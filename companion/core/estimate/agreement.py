@@ -43,32 +43,45 @@ _LEADS_MPS: Final = 0.4
 _Seen = tuple[int, complex, complex]
 
 
+class _OwnWay:
+    """The way that a receiver's own speed leads from one fix to the next."""
+
+    def __init__(self) -> None:
+        self._last_us = 0
+        self._last: complex | None = None
+
+    def since(self, t_us: int, mps: Pair | None) -> complex | None:
+        """Return the way since the fix before, m north and east; None where it is not known."""
+        since_us, self._last_us = t_us - self._last_us, t_us
+        before, self._last = self._last, None if mps is None else complex(*mps)
+        if before is None or self._last is None or not 0 < since_us < _GAP_US:
+            return None
+        return 0.5e-6 * since_us * (before + self._last)
+
+
 class PlaceAgainstSpeed:
     """One receiver; call once for each fix that is believed."""
 
     def __init__(self) -> None:
         self.is_apart = False
         """Whether both disagree."""
+        self._way = _OwnWay()
         self._begin()
 
     def _begin(self) -> None:
         self._past: deque[_Seen] = deque()
-        self._led = self._last = 0j
-        self._last_us = 0
+        self._led = 0j
         self._looks = 0
 
     def step(self, told: SeenFix) -> str:
         """Take a fix; return what to say, empty for nothing."""
-        since_us, self._last_us = told.t_us - self._last_us, told.t_us
-        if told.mps is None or not 0 < since_us < _GAP_US:
+        way = self._way.since(told.t_us, told.mps)
+        if way is None:
             self._begin()
-            self._last_us = told.t_us
+        else:
+            self._led += way
         if told.mps is None:
             return ""
-        velocity = complex(*told.mps)
-        if self._past:
-            self._led += 0.5e-6 * since_us * (self._last + velocity)
-        self._last = velocity
         past = self._past
         if past and told.t_us - past[-1][0] < _LOOK_US:
             return ""
@@ -137,26 +150,26 @@ class _Stuck:
     """Where a place was at first, and how far the speed has led from there."""
 
     def __init__(self) -> None:
-        self._first: Pair | None = None
-        self._first_us = self._last_us = 0
+        self._own_way = _OwnWay()
+        self._first: complex | None = None
+        self._first_us = 0
         self._far_us: int | None = None
-        self._way = (0.0, 0.0)
+        self._led = 0j
 
     def step(self, t_us: int, at: Pair, velocity: Pair | None, *, slack_m: float, told: bool) -> float:
         """Return for how long the speed has led so far away that the place should have moved, s."""
-        since_us, self._last_us = t_us - self._last_us, t_us
-        if velocity is None or self._first is None or not 0 < since_us < _GAP_US:
+        way = self._own_way.since(t_us, velocity)
+        if way is None or self._first is None:
             return self._begin(t_us, at)
-        since_s = since_us * 1e-6
-        self._way = (self._way[0] + velocity[0] * since_s, self._way[1] + velocity[1] * since_s)
-        way_m, moved_m = math.hypot(*self._way), math.hypot(at[0] - self._first[0], at[1] - self._first[1])
+        self._led += way
+        led_m, moved_m = abs(self._led), abs(complex(*at) - self._first)
         if not (told and self._far_us is not None and moved_m < 2.0 * slack_m):
-            if way_m < _LEADS_MPS * (t_us - self._first_us) * 1e-6 or moved_m > slack_m + _STAYS * way_m:
+            if led_m < _LEADS_MPS * (t_us - self._first_us) * 1e-6 or moved_m > slack_m + _STAYS * led_m:
                 return self._begin(t_us, at)
-            if way_m > _FAR * slack_m and self._far_us is None:
+            if led_m > _FAR * slack_m and self._far_us is None:
                 self._far_us = t_us
         return 0.0 if self._far_us is None else (t_us - self._far_us) * 1e-6
 
     def _begin(self, t_us: int, at: Pair) -> float:
-        self._first, self._first_us, self._far_us, self._way = at, t_us, None, (0.0, 0.0)
+        self._first, self._first_us, self._far_us, self._led = complex(*at), t_us, None, 0j
         return 0.0
