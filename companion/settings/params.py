@@ -72,8 +72,7 @@ def present(settings: BaseModel) -> Iterator[ParamEntry]:
 def _entry(mark: Param, field: FieldInfo, path: tuple[str, ...], group: ParamGroup) -> ParamEntry:
     low = next((item.ge for item in field.metadata if isinstance(item, annotated_types.Ge)), None)
     high = next((item.le for item in field.metadata if isinstance(item, annotated_types.Le)), None)
-    kind = field.annotation if field.annotation in (bool, int) else float
-    assert isinstance(kind, type)
+    kind = _kind(field.annotation)
     default = None if field.is_required() or field.default is None else float(field.default)
     bounds: tuple[Any, Any] = (0.0, 1.0) if kind is bool else (low, high)
     text = field.description or ""
@@ -87,6 +86,12 @@ def _entry(mark: Param, field: FieldInfo, path: tuple[str, ...], group: ParamGro
         maximum=bounds[1],
         kind=kind,
     )
+
+
+def _kind(annotation: Any) -> type:
+    """float, int or bool. A choice that has numbers is an int: there is nothing between two of them."""
+    is_whole = isinstance(annotation, type) and issubclass(annotation, int)
+    return bool if annotation is bool else int if is_whole else float
 
 
 def read(settings: BaseModel, entry: ParamEntry) -> float:

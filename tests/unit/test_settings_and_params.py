@@ -130,6 +130,13 @@ def test_whole_numbers_are_asked_for_where_they_are_meant() -> None:
                 params.write(ALL, entry, (entry.minimum or 0.0) + 0.5)
 
 
+@pytest.mark.parametrize("name", ["FS_GCS_ACTION", "FS_THR_ACTION"])
+def test_between_two_choices_there_is_nothing_and_what_is_offered_is_whole(name: str) -> None:
+    with pytest.raises(ValueError, match=rf"^{name} = 2.5: a whole number is needed$"):
+        params.write(ALL, TABLE[name], 2.5)
+    assert params.read(params.write(ALL, TABLE[name], 2.0), TABLE[name]) == 2.0
+
+
 def test_a_vessel_without_gains_has_no_parameters_of_them() -> None:
     names = {entry.param.name for entry in params.present(Settings())}
     assert {entry.param.name for entry in params.present(ALL)} - names == {
