@@ -33,7 +33,7 @@ from mavlink_bridge.mavlink.missions.plan_mapping import load_plan
 from mavlink_bridge.mavlink.persona import Identity
 
 from .audit import Audit, ordered_text, own_request, whom
-from .changes import ends_far_word, erase_logs, parameter_problem, saving, setting_refusal, telling
+from .changes import ends_far_word, erase_logs, parameter_aftermath, parameter_problem, saving, setting_refusal, telling
 from .core.guard.failsafe_flags import ProcessFlags
 from .core.hull import VesselConfig
 from .core.steer import gains_problem
@@ -356,6 +356,8 @@ class App:
         self._lasting.submit(SaveParam(body.name, body.value), answer, lambda: self._reconfigure(body.name, body.value))
 
     def _reconfigure(self, name: str, value: float) -> None:
+        for text in parameter_aftermath(self.facade, self.vehicle.parts.vessel, SetParameter(name, value)):
+            self.controls.voice.say(Severity.WARNING, f"{name} is set, but {text}")
         settings = self.facade.params.change(name, value)
         self.settings = self.facade.params.settings = settings
         self.controls.configure(settings)

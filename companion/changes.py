@@ -23,7 +23,7 @@ from .core.vehicle.plan_reach import FAR_OK, plan_number
 from .facade import Facade
 from .io.keeping import StoreOp
 from .io.keeping.content import SaveParam, SavePlan, Together
-from .judge.live import change_mistakes
+from .judge.live import change_mistakes, left_to_mend
 from .lasting import Answer
 from .logs import Logs
 
@@ -74,6 +74,13 @@ def parameter_problem(facade: Facade, vessel: VesselConfig, body: SetParameter) 
         said = mistake.partition(": ")[2] if mistake.startswith(key) else mistake
         return f"{body.name} = {body.value:g}: {said}"
     return ""
+
+
+def parameter_aftermath(facade: Facade, vessel: VesselConfig, body: SetParameter) -> list[str]:
+    """Return what a parameter that may have the value makes wrong of other settings, for people."""
+    before = facade.params.settings
+    after = facade.params.change(body.name, body.value)
+    return left_to_mend(before, after, vessel, f"{facade.params.key(body.name)} = ")
 
 
 def ends_far_word(facade: Facade, body: LoadPlan) -> bool:

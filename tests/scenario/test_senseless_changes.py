@@ -54,6 +54,19 @@ def test_what_a_file_may_hold_is_taken(voyage, overrides, name, value):
     assert trip.ask(SetParameter(name, value)).reason == ""
 
 
+def test_what_it_makes_wrong_of_another_key_is_told_and_the_second_change_mends_it(voyage):
+    trip = voyage(*SEED)
+    assert trip.ask(SetParameter("SEED_HDG_I", 1.0)).reason == ""
+    assert trip.ask(SetParameter("SEED_HDG_P", 0.5)).reason == ""
+    said = [text for text in trip.texts if "is set, but" in text]
+    assert said == [
+        "SEED_HDG_P is set, but steering.seed.heading_gains.ki = 1: more than kp 0.5 in a second, "
+        "and the boat swings or circles; at most 0.5"
+    ]
+    assert trip.ask(SetParameter("SEED_HDG_I", 0.1)).reason == ""
+    assert sum("is set, but" in text for text in trip.texts) == 1
+
+
 def test_the_least_heading_gain_that_is_taken_still_turns_her(voyage):
     trip = voyage(*SEED, "world.water.wind_mps=5")
     trip.sail(1.0, (10.0, 0.0), (10.0, 150.0))
