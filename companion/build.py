@@ -24,7 +24,7 @@ from .core.nmea import NmeaConfig, NmeaReader
 from .facade import identity_of
 from .io.keeping import AnyStore, MemoryStore
 from .io.keeping.mark import WorldKind
-from .io.links import Link, open_link
+from .io.links import Link, Reach, kind_of, open_link, parse_link_url
 from .io.recording import Recording
 from .io.recording.log_archive import AnyArchive, LogArchive
 from .logs import Logs
@@ -227,7 +227,8 @@ def _ground(app: App, keeper: Keeper, number: int, item: EndpointSettings, link:
         return talk
 
     doorstep = app.strangers.doorstep(config, keeper.state, number, shared.composer)
-    return GroundPort(link, "endpoint", converse, doorstep)
+    is_called = kind_of(parse_link_url(item.url)).reach is Reach.CALLED
+    return GroundPort(link, "peer" if is_called else "endpoint", converse, doorstep)
 
 
 def _budget(bytes_per_s: int | None) -> Budget | None:

@@ -21,6 +21,8 @@ from .others import Other, others_of, person_of
 
 _PLACES_DEG: Final = 7
 """A centimetre on the ground."""
+MAY_BE_ALONE: Final = frozenset({"endpoint", "plotter"})
+"""Kinds of links that may have nobody at their other end; each other kind that is not open is missing."""
 _PERSON_ROW: Final = "person_in_water"
 """The failsafe's row that means nothing without a place."""
 
@@ -63,6 +65,11 @@ class LinkSeen:
     text: str
     bytes_in: int = 0
     bytes_out: int = 0
+
+    @property
+    def is_missing(self) -> bool:
+        """Whether it ought to be open and is not."""
+        return not self.is_open and self.kind not in MAY_BE_ALONE
 
 
 @value

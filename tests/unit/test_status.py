@@ -175,6 +175,22 @@ def test_the_airtime_of_every_kind_of_radio_is_shown(protocol, tmp_path):
     assert airtime_of([])(0) == ""
 
 
+def test_a_station_whose_name_nobody_knows_is_missing_and_one_that_may_come_is_not(caplog):
+    caplog.set_level(logging.INFO)
+    world = World(load(shipped.path("sim.toml"), model=SimSettings), 1)
+    kinds = {port.name: port.kind for port in world.app.grounds}
+    notes = LinkNotes()
+    for second in range(9):
+        links = (
+            LinkHealth("gcs", kinds["gcs"], False, text="udp://x (no address)"),
+            LinkHealth("tcp", kinds["tcp"], False),
+        )
+        notes.update(snapshot(second * 1_000_000, links=links))
+    assert caplog.messages == ["gcs is missing, tried again for ever: udp://x (no address)"]
+    shown = rows(snapshot(links=links))
+    assert [colour for name, _, colour in shown if name in ("gcs", "tcp")] == ["red", "dim"]
+
+
 def test_a_missing_device_is_named_once_and_again_when_it_is_back(caplog):
     caplog.set_level(logging.INFO)
     notes = LinkNotes()

@@ -11,12 +11,11 @@ from typing import Final
 from mavlink_bridge.language.messages import Action, Severity
 from mavlink_bridge.language.snapshot import LinkHealth, Snapshot
 
+from ...status.picture import MAY_BE_ALONE
 from ...status.words import cause
 
 _SETTLE_US: Final = 2_000_000
 """Links are given so long to open before one that is not open counts as missing."""
-_DEVICES: Final = frozenset({"nmea", "actuators", "radio"})
-"""Kinds of links that ought to be open; an endpoint may well have nobody at its other end."""
 _BURST: Final = 60
 _BURST_US: Final = 10_000_000
 """Lines that a journal gets in so long: more than any day at sea has, less than what fills a card."""
@@ -40,7 +39,7 @@ class LinkNotes:
             return
         self._seen = snapshot.links
         for link in snapshot.links:
-            if link.kind not in _DEVICES or self._open.get(link.name, True) == link.is_open:
+            if link.kind in MAY_BE_ALONE or self._open.get(link.name, True) == link.is_open:
                 continue
             self._open[link.name] = link.is_open
             if link.is_open:

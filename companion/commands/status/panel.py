@@ -79,7 +79,7 @@ def _rows(p: Picture, width: int) -> list[PanelLine]:
         PanelLine("Plan", _plan(p), "green" if p.plan == "active" else ""),
         PanelLine("Actuators", _actuators(p), "" if p.actuators_ok else "red"),
     ]
-    found += [_link(link) for link in p.links if not link.is_open and link.kind in ("nmea", "actuators", "radio")]
+    found += [_link(link) for link in p.links if link.is_missing]
     found.append(PanelLine("Errors", _errors(p)))
     if p.fence_on:
         found.append(PanelLine("Fence", f"{_number(p.fence_m, 'm', 0)} to the nearest edge"))
@@ -107,7 +107,7 @@ def _traffic(p: Picture) -> list[PanelLine]:
 
 def _links(p: Picture, room: int) -> list[PanelLine]:
     """Each link where there is room, else one line for all."""
-    rest = [link for link in p.links if link.is_open or link.kind not in ("nmea", "actuators", "radio")]
+    rest = [link for link in p.links if not link.is_missing]
     if not rest or room <= 0:
         return []
     if len(rest) <= room:
@@ -205,7 +205,7 @@ def _errors(p: Picture) -> str:
 def _link(link: LinkSeen) -> PanelLine:
     age = _NONE if link.age_s is None else f"{link.age_s:.1f} s ago"
     text = f"{link.text or link.kind}, in {_bytes(link.bytes_in)} ({age}), out {_bytes(link.bytes_out)}"
-    return PanelLine(link.name[:_LABEL], text, "green" if link.is_open else "red" if link.kind != "endpoint" else "dim")
+    return PanelLine(link.name[:_LABEL], text, "green" if link.is_open else "red" if link.is_missing else "dim")
 
 
 def _bytes(count: int) -> str:

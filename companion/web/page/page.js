@@ -86,7 +86,7 @@
   function link([name, kind, open, age]) {
     const li = document.createElement("li"), head = document.createElement("b"), rest = document.createElement("span");
     head.textContent = name;
-    const lost = !open && kind !== "endpoint";
+    const lost = !open && kind !== "endpoint" && kind !== "plotter";
     rest.className = lost ? "bad" : "";
     rest.textContent = lost ? "MISSING" : !open ? "nobody there" : age === null ? "open, nothing heard" : age === 0 ? "heard now" : `heard ${age} s ago`;
     li.append(head, rest);
