@@ -146,6 +146,17 @@ class Browser:
             self.call("Input.dispatchMouseEvent", type="mouseMoved", x=at, y=y, button="left")
         self.call("Input.dispatchMouseEvent", type="mouseReleased", x=at, y=y, button="left", clickCount=1)
 
+    def tap(self, name: str, share: float, *, scroll_px: float = 0.0) -> None:
+        """Touch an element at a share of its width from the left, and let go there or so far above."""
+        x, y = self.middle(name)
+        width = float(self.run(f"document.getElementById({name!r}).getBoundingClientRect().width"))
+        here = {"x": x + (share - 0.5) * width, "y": y}
+        self.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=[here])
+        for step in range(1, 11) if scroll_px else ():
+            there = {"x": here["x"], "y": y - scroll_px * step / 10}
+            self.call("Input.dispatchTouchEvent", type="touchMove", touchPoints=[there])
+        self.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+
     def key(self, name: str, code: int = 0, text: str = "") -> None:
         """Press a key."""
         more = {"text": text} if text else {}

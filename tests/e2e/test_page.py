@@ -181,9 +181,16 @@ def test_hold_and_disarm_with_the_key_only_and_not_heard_is_said(boat: Boat, pho
     assert "right" in phone.text("said")
     obeyed(phone, "Hold", lambda: phone.press("hold"))
     phone.until(lambda: phone.text("mode") == "Hold")
-    phone.drag("disarm", 0.6)
-    time.sleep(1.0)
-    assert phone.text("armed") == "ARMED"
+    for give in (
+        lambda: phone.drag("disarm", 0.6),
+        lambda: phone.tap("disarm", 0.95),
+        lambda: phone.tap("disarm", 0.95, scroll_px=200.0),
+        lambda: phone.run("document.getElementById('disarm').focus()") or phone.key("End", 35),
+    ):
+        give()
+        time.sleep(1.0)
+        assert phone.text("armed") == "ARMED"
+    assert phone.run("document.getElementById('disarm').value") == "0"
     obeyed(phone, "Disarm", lambda: phone.drag("disarm", 1.0))
     phone.until(lambda: phone.text("armed") == "disarmed")
     # last, for a vessel whose computer stood still disarms itself

@@ -227,10 +227,22 @@
   };
   $("forget").onclick = () => { keep(null); said(""); };
   $("hold").onclick = () => order("hold", "Hold");
-  const slide = $("disarm");
+  // Wherever a finger comes down the browser puts the slide: only one that came down on the block moves it, and no key takes it half way at once.
+  const slide = $("disarm"), BLOCK_PX = 70, LEAP = 50;
+  let held = false, slid = false, at = 0;
+  const let_go = () => { held = false; at = 0; slide.value = 0; };
+  slide.onpointerdown = (event) => { held = true; slid = event.clientX - slide.getBoundingClientRect().left <= BLOCK_PX; };
+  slide.onpointercancel = let_go;
+  slide.onblur = let_go;
+  slide.onkeydown = () => { held = false; };
+  slide.oninput = () => {
+    if (held ? !slid : Number(slide.value) - at > LEAP) slide.value = at;
+    at = Number(slide.value);
+  };
   slide.onchange = () => {
-    const whole = Number(slide.value) >= 98;
-    slide.value = 0;
+    const whole = at >= 98;
+    if (held && !slid) said("Disarm: put the finger on the red block and slide it to the end", "bad");
+    if (held || whole) let_go();
     if (whole) order("disarm", "Disarm");
   };
 
