@@ -186,11 +186,13 @@ def test_hold_and_disarm_with_the_key_only_and_not_heard_is_said(boat: Boat, pho
         lambda: phone.tap("disarm", 0.95),
         lambda: phone.tap("disarm", 0.95, scroll_px=200.0),
         lambda: phone.run("document.getElementById('disarm').focus()") or phone.key("End", 35),
+        lambda: phone.press("disarm"),
     ):
         give()
         time.sleep(1.0)
         assert phone.text("armed") == "ARMED"
     assert phone.run("document.getElementById('disarm').value") == "0"
+    assert phone.text("said") == "Disarm: put the finger on the red block and slide it to the end"
     obeyed(phone, "Disarm", lambda: phone.drag("disarm", 1.0))
     phone.until(lambda: phone.text("armed") == "disarmed")
     # last, for a vessel whose computer stood still disarms itself

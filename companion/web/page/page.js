@@ -239,9 +239,9 @@
     if (held ? !slid : Number(slide.value) - at > LEAP) slide.value = at;
     at = Number(slide.value);
   };
+  slide.onclick = () => { if (!slid) said("Disarm: put the finger on the red block and slide it to the end", "bad"); };
   slide.onchange = () => {
     const whole = at >= 98;
-    if (held && !slid) said("Disarm: put the finger on the red block and slide it to the end", "bad");
     if (held || whole) let_go();
     if (whole) order("disarm", "Disarm");
   };
