@@ -160,6 +160,23 @@ def test_it_is_new_each_second_and_says_when_it_is_old(boat: Boat, phone: Browse
     phone.until(lambda: phone.text("live") == "live", 30.0)
 
 
+LATE_ONCE = """
+let late = false, waits = true;
+const soon = window.fetch;
+window.fetch = async (...asked) => {
+  const found = await soon(...asked);
+  if (asked[0] === "/order" && waits) {
+    waits = false;
+    await new Promise((go) => setTimeout(go, 3000));
+    setTimeout(() => { late = true; }, 500);
+  }
+  return found;
+};
+undefined
+"""
+"""The first order's answer comes 3 s late."""
+
+
 def obeyed(phone: Browser, order: str, give: Callable[[], None]) -> None:
     """Give an order as a person does on a slow computer: again, where the page says that it was not heard."""
     for _ in range(5):
@@ -193,8 +210,12 @@ def test_hold_and_disarm_with_the_key_only_and_not_heard_is_said(boat: Boat, pho
         assert phone.text("armed") == "ARMED"
     assert phone.run("document.getElementById('disarm').value") == "0"
     assert phone.text("said") == "Disarm: put the finger on the red block and slide it to the end"
+    phone.run(LATE_ONCE)
+    phone.press("hold")
     obeyed(phone, "Disarm", lambda: phone.drag("disarm", 1.0))
     phone.until(lambda: phone.text("armed") == "disarmed")
+    phone.until(lambda: phone.run("late"), 20.0)
+    assert phone.text("said").startswith("Disarm: obeyed at "), "what an earlier order came to hides it"
     # last, for a vessel whose computer stood still disarms itself
     boat.freeze()
     try:

@@ -191,19 +191,22 @@
     if (!answer || answer.tag !== tag("usv-companion page answer 1", asked.vessel, asked.nonce, answer.outcome)) return null;
     return answer;
   }
+  let newest = 0;
   async function order(name, words) {
     let late = false;
-    said(`${words}: sent`);
+    const number = ++newest;
+    const tell = (...told) => { if (number === newest) said(...told); };  // what an earlier order came to hides no later one
+    tell(`${words}: sent`);
     const mute = `${words}: NOT HEARD: use the emergency switch`;
-    const timer = setTimeout(() => { late = true; said(mute, "bad"); }, HEARD_MS);
+    const timer = setTimeout(() => { late = true; tell(mute, "bad"); }, HEARD_MS);
     let found = null;
     try { found = await send(name); } catch { /* not heard */ }
     clearTimeout(timer);
     const at = new Date(found && found.utc_s ? found.utc_s * 1000 : Date.now()).toLocaleTimeString([], { hour12: false });
-    if (found === null) said(mute, "bad");
-    else if (found.refused) said(`${words}: refused: ${found.refused}`, "bad");
-    else if (found.outcome !== "obeyed") said(`${words}: ${found.outcome}`, "bad");
-    else said(`${words}: obeyed at ${at}${late ? ", late" : ""}`, "good");
+    if (found === null) tell(mute, "bad");
+    else if (found.refused) tell(`${words}: refused: ${found.refused}`, "bad");
+    else if (found.outcome !== "obeyed") tell(`${words}: ${found.outcome}`, "bad");
+    else tell(`${words}: obeyed at ${at}${late ? ", late" : ""}`, "good");
     return found;
   }
 
