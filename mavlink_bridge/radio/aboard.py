@@ -46,6 +46,8 @@ from .transfer import BRIEF_NUMBERS, WholeMessage
 GATEWAY_SENDER: Final = 255
 _FOREIGN: Final = "Radio: the gateway speaks format {}, this boat {}: only Hold and Disarm cross; update the older one"
 _NAMESAKE: Final = "Radio: another boat has this key and number {}: give each its own system.system_id"
+_STOPPED: Final = Reply(Result.REJECTED_NOW, "stopped from another gateway: again")
+"""Short enough for the air: what is refused once is obeyed when it is ordered again."""
 _TAKEN: Final = "Radio: another gateway commands now; the silence of its station holds the boat"
 
 
@@ -100,10 +102,12 @@ class VesselRadio:
         self._asked: dict[int, tuple[int, RequestBody, bytes]] = {}
         """Number, what is asked, and through which start of a gateway."""
         self._presence = GatewayPresence(profile.link)
-        self._held: list[tuple[int, Reply]] = []
+        self._held: list[tuple[int, bytes, Reply]] = []
         """Answers that wait for the picture of the tick that they belong to."""
-        self._stop: tuple[int, bytes | None, int] | None = None
-        """Number and session of the last stop, and when it came."""
+        self._stop: tuple[int, bytes, int] | None = None
+        """Number and gateway of the last stop, and when it came;"""
+        self._overruled: frozenset[bytes] = frozenset()
+        """gateways that were told since that another one has stopped the vessel."""
         self._shore: bytes | None = None
         self._telling = Telling(self.link, vehicle, self._home_e7)
         self._warned_us: dict[str, int] = {}
@@ -146,8 +150,10 @@ class VesselRadio:
         self._say(Severity.WARNING, text)
         return True
 
-    def _standing(self, order: bytes) -> bytes:
+    def _standing(self, order: bytes | None) -> bytes:
         state = RadioState() if self._snapshot is None else RadioState.of(self._snapshot)
+        if order is None:
+            return encode_standing(state)
         told = self._reporter.told
         plan = brief_plan(told, order, state) if order and told is not None else None
         self._reporter.answered(state)
@@ -175,13 +181,13 @@ class VesselRadio:
                 self._say(Severity.WARNING, _TAKEN)
             self._telling.shore_knows(body)
             self._reporter.shore_ordered(now_us)
-        self._held.append((number, reply))
+        self._held.append((number, gateway, reply))
 
     def tick(self, now_us: int, snapshot: Snapshot) -> None:
         """Queue what is due from this picture of the vessel."""
         self._snapshot, self.link.tick_us = snapshot, now_us
-        for number, reply in self._held:
-            self.link.answer(number, reply, now_us)
+        for number, gateway, reply in self._held:
+            self.link.answer(number, reply, now_us, gateway)
         self._held.clear()
         self._reporter.step(now_us, snapshot)
         for outcome in self.link.outcomes():
@@ -257,8 +263,8 @@ class VesselRadio:
             return
         if isinstance(body, PlanError):
             body = Reply(Result.DENIED, f"item {body.seq}: {body.reason}")
-        if not isinstance(body, Reply) and self._is_overruled(message, body, now_us):
-            body = OVERRULED
+        if not isinstance(body, Reply):
+            body = self._overruling(message, body, now_us) or body
         if isinstance(body, Reply):
             self.link.answer(message.id, body, now_us)
             return
@@ -269,16 +275,23 @@ class VesselRadio:
         self.asked.append(Request(self._next_id, body, sender, origin=origin, proof=Proof.RADIO_KEY))
         self._next_id += 1
 
-    def _is_overruled(self, message: WholeMessage, body: RequestBody, now_us: int) -> bool:
-        """Whether an order was given before the last stop. Numbers come round again, so only while the sender may still repeat it."""
+    def _overruling(self, message: WholeMessage, body: RequestBody, now_us: int) -> Reply | None:
+        """The answer to an order that was given before the last stop. Numbers come round again, so only while the sender may still
+        repeat it.
+        """
         if body.nature.stops:
-            self._stop = message.id, self.link.pairing.other, now_us
+            self._stop, self._overruled = (message.id, self._gateway, now_us), frozenset()
         if self._stop is None or not body.nature.yields:
-            return False
+            return None
         number, session, at_us = self._stop
-        is_recent = session == self.link.pairing.other and now_us - at_us <= self.profile.link.command_s * 1e6
+        if now_us - at_us > self.profile.link.command_s * 1e6:
+            return None
+        if session != self._gateway:
+            # when it was given nobody knows; who is told so once orders the next one after it
+            is_told, self._overruled = self._gateway in self._overruled, self._overruled | {self._gateway}
+            return None if is_told else _STOPPED
         cycle = 256 if max(message.id, number) < BRIEF_NUMBERS else 32
-        return is_recent and 0 < (number - message.id) % cycle <= MAX_OUTGOING
+        return OVERRULED if 0 < (number - message.id) % cycle <= MAX_OUTGOING else None
 
     def _request_in(self, message: WholeMessage) -> RequestBody | PlanError:
         if message.kind is Kind.PLAN:

@@ -24,7 +24,7 @@ from .hello import Greeting
 from .patience import ANSWER_BYTES, Patience, await_answer
 from .posted import STATES, PostBox, Posted
 from .session import Hello, Pairing, Session
-from .transfer import Inbox, Transfer, TransferOutcome, WholeMessage, cut, most_bytes, read_reply, sizes
+from .transfer import Transfer, TransferOutcome, WholeMessage, cut, most_bytes, read_reply, sizes
 from .voice import RadioVoice
 from .way_clear import WayClear
 
@@ -59,7 +59,7 @@ class CompactLink:
         self.voice = RadioVoice(profile, pairing, self.ledger, self._remember)
         self.clock = self.voice.clock
         self._patience = Patience(profile, self.clock, rng)
-        self.inbox = Inbox(round(profile.link.upload_s * 1e6), round(profile.link.command_s * 1e6))
+        self._inboxes = memory_of.Inboxes(round(profile.link.upload_s * 1e6), round(profile.link.command_s * 1e6))
         self.heard_us: int | None = None
         """When the last frame of a session came, or an answer to our HELLO."""
         self.last_posted: tuple[int, bytes] | None = None
@@ -67,9 +67,9 @@ class CompactLink:
         self.tick_us = 0
         """The vessel's newest tick. Its states go out at ticks, so that the shore knows when the next one comes; the last one when:"""
         self.state_us: int | None = None
-        self.standing: Callable[[bytes], bytes] = lambda order: b""
+        self.standing: Callable[[bytes | None], bytes] = lambda order: b""
         """What goes with each answer, as it is when the answer is sent: the vessel's state. ``order``: what is accepted, if that came
-        without a body and may be answered so."""
+        without a body and may be answered so; None where the answer is not for who spoke last."""
         self.opener = Opener(pairing)
         self._save = save or (lambda text: None)
         self._is_vessel = pairing.is_vessel
@@ -85,12 +85,11 @@ class CompactLink:
         self._greeting = Greeting(profile, rng, now_us, is_vessel=self._is_vessel)
         self._turn = 0
         self._session: Session | None = None
-        """The session that the answers given belong to."""
-        self._known_to = memory_of.read(memory, self.inbox, self.ledger, now_us)
-        """Nonce of the other end that these answers were given to."""
+        """The session that was heard last."""
+        memory_of.read(memory, self._inboxes, self.ledger, now_us)
 
     def _remember(self, now_us: int) -> None:
-        self._save(memory_of.write(self._known_to, self.inbox, self.ledger, now_us))
+        self._save(memory_of.write(self._inboxes, self.ledger, now_us))
 
     def keep(self, now_us: int, *, at_once: bool) -> None:
         """Keep for the next start what was answered and spent: at the end, and when what was kept is old."""
@@ -124,15 +123,13 @@ class CompactLink:
             waiting.next_us = min(waiting.next_us, now_us)
 
     def _note_start(self, now_us: int) -> None:
-        """Message numbers of an earlier start of the other end mean nothing any more."""
+        """Message numbers mean something within one start of the other end only."""
         session = self.pairing.current
         if session is self._session or session is None:
             return
         self._session = session
         self._greeting.started()
-        if session.other != self._known_to:
-            self._known_to = session.other
-            self.inbox.forget()
+        if self._inboxes.turn_to(session.other):
             self._remember(now_us)
 
     def _sort(self, frame: RadioFrame, now_us: int) -> RadioFrame | WholeMessage | None:
@@ -158,16 +155,16 @@ class CompactLink:
             # complete before the sender asked: it still sends its reserve, and would not hear an answer now
             polled = len(frame.body) > 2 and frame.body[2] & 0x80
             self._hold_answers_us = now_us if polled else now_us + self._patience.longest_us()
-            message, reply, account = self.inbox.piece(frame.body, now_us)
+            message, reply, account = self._inboxes.current.piece(frame.body, now_us)
             if account is not None:
-                self._answers.append(Posted(Kind.MISSING, account, Priority.COMMAND))
+                self._answers.append(Posted(Kind.MISSING, account, Priority.COMMAND, to=self._inboxes.other))
             elif message is None and reply is None:
                 # more pieces come: keep off the air for the longest one
                 self._listen_until_us = now_us + self._patience.longest_us()
         else:
-            message, reply = self.inbox.frame(frame, now_us)
+            message, reply = self._inboxes.current.frame(frame, now_us)
         if reply is not None:
-            self._answers.append(Posted.again(frame, reply))
+            self._answers.append(Posted.again(frame, reply, self._inboxes.other))
         if message is not None:
             self._listen_until_us = max(self._listen_until_us, now_us + self._patience.turnaround_us)
         return message
@@ -230,14 +227,15 @@ class CompactLink:
         """Send a frame that may be lost; a newer one of its kind replaces it, events aside."""
         self._posted.put(kind, body, priority)
 
-    def answer(self, number: int, reply: Reply, now_us: int) -> None:
-        """Answer a message that came by ``receive``."""
+    def answer(self, number: int, reply: Reply, now_us: int, other: bytes | None = None) -> None:
+        """Answer a message that came by ``receive``. ``other``: from which start of the other end, where that may speak no more."""
+        inbox = self._inboxes.current if other is None else self._inboxes.of(other)
         reason_bytes = min(_REASON_BYTES, self.profile.max_frame_bytes - ANSWER_BYTES) if self.profile.link.texts else 0
-        found = self.inbox.answered(number, reply, reason_bytes)
+        found = None if inbox is None else inbox.answered(number, reply, reason_bytes)
         if found is None:
             return
         twofold = self.way.twice.was_said(number) and reply.result is Result.ACCEPTED
-        self._answers.append(Posted.answer(found, is_twofold=twofold))
+        self._answers.append(Posted.answer(found, other or self._inboxes.other, is_twofold=twofold))
         self._listen_until_us = min(self._listen_until_us, now_us)
         self._remember(now_us)
 
@@ -262,11 +260,13 @@ class CompactLink:
         if not self._answers or now_us < self._hold_answers_us:
             return b""
         first = self._answers.popleft()
-        body = first.body
+        body, session = first.body, self.pairing.session_with(first.to)
+        if session is None:
+            return b""
         if first.kind is Kind.REPLY and not self.pairing.is_foreign:
-            accepts = read_reply(body) == (body[0] >> 3, Result.ACCEPTED)
-            body = body[:1] + self.standing(first.order if accepts else b"") + body[1:]
-        frame = self.voice.send(first.kind, body, first.priority, now_us)
+            order = first.order if read_reply(body) == (body[0] >> 3, Result.ACCEPTED) else b""
+            body = body[:1] + self.standing(order if session is self._session else None) + body[1:]
+        frame = self.voice.send(first.kind, body, first.priority, now_us, session=session)
         if frame:
             # the question comes again when this answer is lost: nothing of ours may be in its way; the vessel's come after a longer pause
             pause_us = self._patience.pause_us(len(frame), longer=first.is_plan_again and self._states_can_wait(now_us))
@@ -367,7 +367,9 @@ class CompactLink:
         if first is None or (not has_slot and now_us < max(self._listen_until_us, self._greeting.quiet_until_us)):
             return b""
         # a message that comes in pieces would have it in its way
-        is_receiving = not has_slot and self.inbox.is_receiving(now_us, _QUIET_PIECES * self._patience.longest_us())
+        is_receiving = not has_slot and self._inboxes.current.is_receiving(
+            now_us, _QUIET_PIECES * self._patience.longest_us()
+        )
         if await_answer(self._outgoing, now_us) or is_receiving or self.way.is_quiet(now_us):
             return b""
         if first.kind in STATES and now_us != self.tick_us:

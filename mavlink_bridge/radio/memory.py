@@ -7,6 +7,7 @@ kept counters here; of its text only the hour of airtime is taken over.
 from __future__ import annotations
 
 import json
+from collections import OrderedDict
 from collections.abc import Callable
 from typing import Any, Final
 
@@ -16,39 +17,74 @@ from .codec.wire import VERSION
 from .transfer import Inbox
 
 _FORM: Final = "v"
+_STARTS: Final = 3
+"""Two gateways and the start before of one of them: a session has two places."""
 
 
-def write(other: bytes | None, inbox: Inbox, ledger: Ledger, now_us: int) -> str:
-    """Make a text of the answers given to the end with nonce ``other``, and of the hour of a ledger that does not keep itself."""
+class Inboxes:
+    """What came from each start of the other end that was heard lately: two gateways speak by turns, and each repeats its own orders."""
+
+    def __init__(self, given_up_us: int, order_us: int) -> None:
+        """As of an ``Inbox``."""
+        self._times = given_up_us, order_us
+        self._all: OrderedDict[bytes, Inbox] = OrderedDict()
+        self.other = b""
+        """Nonce of the one that speaks now."""
+        self.current = Inbox(*self._times)
+
+    def turn_to(self, other: bytes) -> bool:
+        """This start speaks now. Returns whether it was not known."""
+        is_new = other not in self._all
+        self.other, self.current = other, Inbox(*self._times) if is_new else self._all.pop(other)
+        self._all[other] = self.current
+        while len(self._all) > _STARTS:
+            self._all.popitem(last=False)
+        return is_new
+
+    def of(self, other: bytes) -> Inbox | None:
+        """That of one start; None where it is too long ago."""
+        return self.current if other == self.other else self._all.get(other)
+
+    def save(self) -> list[list[Any]]:
+        """Each start with what was answered, the newest last."""
+        return [[other.hex(), inbox.save()] for other, inbox in self._all.items()]
+
+    def restore(self, saved: list[list[Any]], now_us: int) -> None:
+        """Raises ValueError or TypeError for what ``save`` did not make."""
+        for other, known in saved:
+            self.turn_to(bytes.fromhex(other))
+            self.current.restore(known, now_us)
+
+
+def write(inboxes: Inboxes, ledger: Ledger, now_us: int) -> str:
+    """Make a text of the answers given to each start of the other end, and of the hour of a ledger that does not keep itself."""
     fields = {
         _FORM: VERSION,
-        "other": "" if other is None else other.hex(),
-        "known": inbox.save(),
+        "other": inboxes.other.hex(),
+        "known": inboxes.current.save(),
+        "starts": inboxes.save(),
         "air": [] if isinstance(ledger, KeptLedger) else ledger.save(now_us),
     }
     return json.dumps(fields, separators=(",", ":"))
 
 
-def read(text: str, inbox: Inbox, ledger: Ledger, now_us: int) -> bytes | None:
-    """Fill inbox and ledger from a text; return whom the answers were given to. None for an empty one, and the text of
-    another version: of that only the hour is kept.
+def read(text: str, inboxes: Inboxes, ledger: Ledger, now_us: int) -> None:
+    """Fill inboxes and ledger from a text; of the text of another version the ledger only.
 
     A damaged text counts as an hour's airtime spent, unless the ledger keeps itself.
     """
     if not text:
-        return None
+        return
     try:
         fields: dict[str, Any] = json.loads(text)
         if not isinstance(ledger, KeptLedger):
             ledger.restore([(int(age_s), int(spent_us)) for age_s, spent_us in fields["air"]], now_us)
         if fields.get(_FORM) != VERSION:
-            return None
-        inbox.restore(fields["known"], now_us)
-        return bytes.fromhex(fields["other"])
+            return
+        inboxes.restore(fields.get("starts") or [[fields["other"], fields["known"]]], now_us)
     except (ValueError, TypeError, KeyError, AttributeError):
         if not isinstance(ledger, KeptLedger):
             ledger.charge(ledger.limit_us or HOUR_US, now_us)
-        return None
 
 
 def parted(airtime: str, link: str) -> tuple[str, str]:

@@ -26,25 +26,28 @@ class Posted:
     priority: Priority
     order: bytes = b""
     """Of an answer: the order without a body that it answers."""
+    to: bytes = b""
+    """Of an answer: nonce of the start of the other end that is to have it."""
     is_plan_again: bool = False
     """Of an answer: it was given before, to a plan."""
     is_twofold: bool = False
     """Of an answer: it is to be said once more."""
 
     @classmethod
-    def answer(cls, found: Answer, *, is_twofold: bool) -> Posted:
+    def answer(cls, found: Answer, to: bytes, *, is_twofold: bool) -> Posted:
         """The answer to what came for the first time."""
         priority = Priority.STOP if found.is_stop else Priority.COMMAND
-        return cls(Kind.REPLY, found.body, priority, found.order, is_twofold=is_twofold)
+        return cls(Kind.REPLY, found.body, priority, found.order, to=to, is_twofold=is_twofold)
 
     @classmethod
-    def again(cls, frame: RadioFrame, reply: bytes) -> Posted:
+    def again(cls, frame: RadioFrame, reply: bytes, to: bytes) -> Posted:
         """The answer that was given before to what came again."""
         return cls(
             Kind.REPLY,
             reply,
             Priority.STOP if frame.kind in STOPS else Priority.COMMAND,
             order=frame.body[1:] if frame.is_brief else b"",
+            to=to,
             is_plan_again=frame.kind is Kind.PLAN,
             is_twofold=frame.saying is not Saying.ONLY,
         )

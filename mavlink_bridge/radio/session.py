@@ -241,6 +241,10 @@ class Pairing:
         """In the order in which a frame is tried."""
         return tuple(session for session in (self.current, self.rival) if session is not None)
 
+    def session_with(self, other: bytes) -> Session | None:
+        """The session with that start of the other end; None when it is over."""
+        return next((session for session in self.sessions if session.other == other), None)
+
     @property
     def other(self) -> bytes | None:
         """The start of the other end that counts."""
@@ -289,7 +293,7 @@ class Pairing:
     def greeted(self, body: bytes, size: int, now_us: int) -> None:
         """An authentic HELLO, perhaps an old one: it makes a session, and is believed no further while another one counts."""
         hello = Hello.read(body)
-        session = next((known for known in self.sessions if known.other == hello.nonce), None)
+        session = self.session_with(hello.nonce)
         if session is None:
             session = self.rival = self._session(hello.nonce, now_us)
         session.version = hello.version

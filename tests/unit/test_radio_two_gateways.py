@@ -100,6 +100,54 @@ def test_a_hold_from_the_other_gateway_passes_the_command_of_who_is_gone() -> No
     assert rig.station_age_s < LOST_S
 
 
+def deafen_the_first(rig: TwoGateways, seconds: float) -> None:
+    """For so long the first gateway hears nothing, and says its orders again."""
+    module = next(each for each in rig.pair.air.modules if each.name == "shore")
+    until_us, hear = rig.now_us + round(seconds * 1e6), module.to_host
+
+    def to_host(data: bytes, at_us: int) -> None:
+        if rig.now_us >= until_us:
+            hear(data, at_us)
+
+    module.to_host = to_host
+
+
+@pytest.mark.parametrize("phase_s", [0.0, 1.7, *in_the_soak(3.3)])
+@pytest.mark.parametrize("apart_s", [1.0, 1.5, *in_the_soak(2.0, 3.0)])
+@pytest.mark.parametrize(
+    ("order", "stop"), [(Arm(True), Arm(False)), (AUTO, HOLD), *in_the_soak((SetMode(Mode.GUIDED), HOLD))]
+)
+def test_an_order_that_is_said_again_after_the_stop_of_another_gateway_does_not_undo_it(
+    order: Arm | SetMode, stop: Arm | SetMode, apart_s: float, phase_s: float
+) -> None:
+    rig = met()
+    assert rig.second is not None
+    rig.run(phase_s)
+    rig.vessel.armed, rig.vessel.mode = not isinstance(order, Arm), Mode.HOLD
+    rig.run(12.0)
+    deafen_the_first(rig, 1.5 + apart_s)
+    rig.twin.submit("order", order, rig.now_us)
+    rig.run(apart_s)
+    rig.second.submit("stop", stop, rig.now_us)
+    rig.run(25.0)
+    done = [body for _, body in rig.vessel.executed]
+    assert done[-1] == stop, "its answer may be lost between the two that talk"
+    assert not rig.vessel.armed if isinstance(order, Arm) else rig.vessel.mode is Mode.HOLD
+
+
+def test_an_order_on_its_way_while_another_gateway_stops_her_is_refused_once_and_obeyed_when_it_is_given_again() -> (
+    None
+):
+    rig = met()
+    rig.vessel.mode = Mode.HOLD
+    assert rig.ask(HOLD, twin=rig.second)[1].result is Result.ACCEPTED
+    refused = rig.ask(AUTO)[1]
+    assert (refused.result, refused.reason) == (Result.REJECTED_NOW, "stopped from another gateway: again")
+    assert rig.ask(AUTO)[1].result is Result.ACCEPTED
+    assert rig.ask(HOLD)[1].result is Result.ACCEPTED
+    assert rig.ask(AUTO)[1].result is Result.ACCEPTED, "its own stop is older than its next order"
+
+
 class Eyes:
     """What one gateway shows, against what the vessel was in the last seconds: a state waits for the air that long."""
 
