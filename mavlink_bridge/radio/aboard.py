@@ -46,6 +46,8 @@ from .transfer import BRIEF_NUMBERS, WholeMessage
 GATEWAY_SENDER: Final = 255
 _FOREIGN: Final = "Radio: the gateway speaks format {}, this boat {}: only Hold and Disarm cross; update the older one"
 _NAMESAKE: Final = "Radio: another boat has this key and number {}: give each its own system.system_id"
+_TWO: Final = "Radio: two gateways speak: plan through one at a time; with LBT in all modules they hear each other"
+"""A start that speaks again after another one was no restart of it."""
 _STOPPED: Final = Reply(Result.REJECTED_NOW, "stopped from another gateway: again")
 """Short enough for the air: what is refused once is obeyed when it is ordered again."""
 _TAKEN: Final = "Radio: another gateway commands now; the silence of its station holds the boat"
@@ -109,6 +111,7 @@ class VesselRadio:
         self._overruled: frozenset[bytes] = frozenset()
         """gateways that were told since that another one has stopped the vessel."""
         self._shore: bytes | None = None
+        self._shore_before: bytes | None = None
         self._telling = Telling(self.link, vehicle, self._home_e7)
         self._warned_us: dict[str, int] = {}
         """When each text was last told."""
@@ -124,8 +127,10 @@ class VesselRadio:
         if self.link.pairing.is_foreign:
             self._warn(_FOREIGN.format(self.link.pairing.version, VERSION), now_us)
         if self.link.pairing.other != self._shore:
+            if self.link.pairing.other == self._shore_before and not self.profile.lbt:
+                self._warn(_TWO, now_us)
             # a gateway that has just started is told what the vessel keeps without being asked
-            self._shore = self.link.pairing.other
+            self._shore, self._shore_before = self.link.pairing.other, self._shore
             self._telling.forget()
             self._reporter.another()
             self._reporter.met(now_us)

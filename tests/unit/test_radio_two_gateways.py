@@ -135,6 +135,19 @@ def test_an_order_that_is_said_again_after_the_stop_of_another_gateway_does_not_
     assert not rig.vessel.armed if isinstance(order, Arm) else rig.vessel.mode is Mode.HOLD
 
 
+def test_two_gateways_without_listening_modules_are_told_of_once_and_a_restart_is_not() -> None:
+    rig = met()
+    said = [text for text in rig.told if "two gateways speak" in text]
+    for twin in (rig.twin, rig.second, rig.twin, rig.second):
+        rig.ask(HOLD, twin=twin)
+    assert len([text for text in rig.told if "two gateways speak" in text]) == 1 >= len(said)
+    alone = TwoGateways()
+    alone.settle()
+    alone.start_shore()
+    alone.settle()
+    assert not [text for text in alone.told if "two gateways" in text]
+
+
 def test_an_order_on_its_way_while_another_gateway_stops_her_is_refused_once_and_obeyed_when_it_is_given_again() -> (
     None
 ):
