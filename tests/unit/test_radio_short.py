@@ -151,7 +151,7 @@ def test_a_hold_that_finds_no_answer_is_said_in_its_frozen_form_and_carried_out_
 def test_a_hold_voids_what_was_ordered_before_it_in_either_form(rig: Rig) -> None:
     """Of a number without a body five bits are known."""
     radio = rig.radio
-    assert not radio._is_overruled(WholeMessage(BRIEF_NUMBERS + 5, Kind.SAFE, HOLD), SetMode(Mode.HOLD), 0)
+    assert radio._overruling(WholeMessage(BRIEF_NUMBERS + 5, Kind.SAFE, HOLD), SetMode(Mode.HOLD), 0) is None
     for number, is_before in (
         (4, True),
         (100, True),
@@ -159,7 +159,9 @@ def test_a_hold_voids_what_was_ordered_before_it_in_either_form(rig: Rig) -> Non
         (BRIEF_NUMBERS + 4, True),
         (BRIEF_NUMBERS + 6, False),
     ):
-        assert radio._is_overruled(WholeMessage(number, Kind.ORDER, AUTO), SetMode(Mode.AUTO), 1) is is_before
+        assert (
+            radio._overruling(WholeMessage(number, Kind.ORDER, AUTO), SetMode(Mode.AUTO), 1) is not None
+        ) is is_before
 
 
 def test_news_of_what_is_kept_are_short() -> None:
