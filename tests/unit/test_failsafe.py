@@ -838,3 +838,39 @@ def test_a_return_begins_again_when_the_fence_has_let_go():
     run.step(critical)
     assert run.step(critical, 9.0) is Action.HOLD, "stopped again, she tries again later"
     assert run.step(critical, 2.0) is Action.RETURN
+
+
+@pytest.mark.parametrize("every_s", [1.0, 5.0, 20.0, 60.0, 200.0])
+def test_a_flicker_of_the_fence_in_hold_does_not_put_off_the_return(every_s):
+    """Twenty minutes near an edge in gusts, and a boat with a good way inward was not brought home in the half hour after."""
+    run = Run()
+    for _ in range(round(1200.0 / every_s)):
+        assert run.step(changed(WELL, fence_ahead=True), 0.5) is Action.HOLD
+        run.step(WELL, every_s - 0.5)
+    critical = changed(WELL, battery_critical=True)
+    run.step(critical, 0.1)
+    assert run.step(critical, 5.0) is Action.RETURN
+    assert run.step(changed(critical, fence_ahead=True), 60.0) is Action.HOLD
+    run.step(critical, 0.1)
+    assert run.step(changed(critical, fence_ahead=True), 4.0) is Action.HOLD
+    assert run.step(critical, 0.8) is Action.HOLD, "she rests, once stopped on her way"
+    assert run.step(critical, 0.3) is Action.RETURN, "and a flicker meanwhile does not begin that anew"
+
+
+def test_each_return_that_the_fence_breaks_off_waits_longer_and_a_stop_is_forgotten_in_time():
+    run, critical = Run(), changed(WELL, battery_critical=True)
+    run.step(critical)
+    run.step(critical, 6.0)
+
+    def waits_s():
+        assert run.step(changed(critical, fence_ahead=True), 1.0) is Action.HOLD
+        run.step(critical)
+        waited_s = 0
+        while run.step(critical, 1.0) is Action.HOLD:
+            waited_s += 1
+        return waited_s + 1
+
+    assert [waits_s() for _ in range(6)] == [5, 10, 20, 40, 80, 160]
+    assert max(waits_s() for _ in range(10)) <= 300, "no return waits for longer than it takes to forget a stop"
+    run.step(critical, 2400.0)
+    assert waits_s() == 5

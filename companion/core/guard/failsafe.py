@@ -18,7 +18,9 @@ from .failsafe_config import FailsafeConfig, Override, Rule, microseconds, reach
 from .failsafe_entry import Entry, acting, clock_us, wanted
 from .failsafe_flags import Flags
 from .failsafe_orders import Order, ends, names
+from .failsafe_return import broken_off, rest_us
 from .failsafe_row import Clear, Condition, Takeover
+from .failsafe_table import BY_NAME
 from .failsafe_telling import SOON_US, STEADY_US, Done, tell, tell_back
 from .failsafe_words import BACK, until
 
@@ -39,10 +41,7 @@ __all__ = [
 
 
 _NONE: Final = Action.NONE
-_REST_US: Final = 5_000_000
-"""After the fence's stop a return begins again when the way is off: sooner, she would be stopped by what is left of it,"""
-_DOUBLINGS: Final = 6
-"""twice as long after each further stop, up to five minutes: in a channel too narrow for her she must not try for ever."""
+_FENCE: Final = BY_NAME["fence_ahead"]
 _MOST_ALONE: Final = 3
 """A sensor that is lost again and again is not sound though it is back each time: each wait is twice the last, and then none ends."""
 
@@ -56,6 +55,8 @@ class FailsafeMemory:
     """Since when a ground station is required without a break."""
     alone: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
     """How often each condition has ended without an order since nobody was there to give one."""
+    action: Action = Action.NONE
+    """What the vessel was to do."""
 
 
 @value
@@ -108,21 +109,24 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
             if entry.fired_us is not None and (action := acting(rule, entry, flags)) > done.action:
                 done = Done(action, row.text)
     done = _what_is_done(done, entries, flags, now_us)
+    if memory.action is Action.RETURN and done.why == _FENCE.text:
+        entries[_FENCE.name] = broken_off(entries[_FENCE.name], now_us)
     texts: list[tuple[Severity, str]] = []
     for rule, old, entry in moves:
         texts += tell(rule, old, entry, flags, done)
         if entry is not None and entry.gone_us is not None:
-            entries[rule.row.name], told = tell_back(rule, entry, flags, now_us, done)
+            entries[rule.row.name], told = tell_back(rule, entries[rule.row.name], flags, now_us, done)
             texts += told
     causes = tuple(name for name, entry in entries.items() if entry.fired_us is not None)
-    result = FailsafeResult(FailsafeMemory(entries, required_since_us, alone), done.action, causes, tuple(texts))
+    memory = FailsafeMemory(entries, required_since_us, alone, done.action)
+    result = FailsafeResult(memory, done.action, causes, tuple(texts))
     return replace(result, thrust_share=config.oscillation_thrust) if "oscillating" in causes else result
 
 
 def _what_is_done(done: Done, entries: Mapping[str, Entry], flags: Flags, now_us: int) -> Done:
     """What the worst condition asks for, as far as it can be sailed."""
-    if done.action is Action.RETURN and _bars_the_way(entries.get("fence_ahead"), flags, now_us):
-        done = Done(Action.HOLD, "fence ahead", Action.NONE if flags.helm.return_shut_off else Action.RETURN)
+    if done.action is Action.RETURN and _bars_the_way(entries.get(_FENCE.name), flags, now_us):
+        done = Done(Action.HOLD, _FENCE.text, Action.NONE if flags.helm.return_shut_off else Action.RETURN)
     if done.action in (Action.HOLD, Action.RETURN) and (flags.place.position_lost or flags.place.heading_lost):
         done = Done(Action.STOP, "position lost" if flags.place.position_lost else "heading lost")
     return done
@@ -132,8 +136,7 @@ def _bars_the_way(fence: Entry | None, flags: Flags, now_us: int) -> bool:
     """A return that leads across the fence waits before it; any other only until the vessel that was stopped there has come to rest."""
     if fence is None or flags.helm.manual:
         return False
-    rest_us = _REST_US << min(fence.again, _DOUBLINGS)
-    return flags.helm.return_shut_off or fence.gone_us is None or now_us - fence.gone_us < rest_us
+    return flags.helm.return_shut_off or rest_us(fence, now_us) != 0
 
 
 def _nobody_orders(entries: Mapping[str, Entry], config: FailsafeConfig) -> bool:
@@ -214,12 +217,13 @@ def _stands(rule: Rule, old: Entry, flags: Flags, now_us: int) -> Entry:
     since_us = now_us if age_s is None else old.gone_us
     if age_s is not None and age_s * 1e6 < now_us - old.gone_us:
         since_us = now_us - round(age_s * 1e6)
-    return replace(old, gone_us=None, stands_us=since_us, told_back=False, again=old.again + 1)
+    return replace(old, gone_us=None, stands_us=since_us, told_back=False)
 
 
 def _gone(old: Entry, now_us: int) -> Entry:
     """The cause is gone: its clock stands at what it has come to."""
-    return replace(old, gone_us=now_us, stood_us=clock_us(old, now_us))
+    off_us = now_us if old.off_us is None else old.off_us
+    return replace(old, gone_us=now_us, stood_us=clock_us(old, now_us), off_us=off_us)
 
 
 def _continue(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> Entry:

@@ -31,7 +31,11 @@ class Entry:
     told_back: bool = False
     """That the cause is steadily gone, and what goes on."""
     again: int = 0
-    """How often the cause has come back since it acted."""
+    """How many returns it has broken off, as of ``again_us``."""
+    again_us: int = 0
+    """When it last broke one off."""
+    off_us: int | None = None
+    """When its flag first fell after it had begun to act, or had broken off a return; None while that is to come."""
     told_soon: bool = False
     """That the second action is near."""
 
