@@ -736,6 +736,29 @@ def test_a_stop_whose_cause_is_gone_does_not_wait_for_an_order_that_nobody_can_g
     assert "Over: position lost" in [text for _, text in run.texts]
 
 
+@pytest.mark.parametrize("over", ["gcs_age_s", "radio_age_s"])
+@pytest.mark.parametrize("action", [Action.WARN, Action.HOLD, Action.RETURN])
+def test_nobody_can_order_either_where_the_return_is_the_first_action(over, action):
+    """With a return at once the stop for a GNSS blip was for good: the second action was asked for, and there is none."""
+    run = Run(FailsafeConfig(gcs_action=action))
+    silent = changed(WELL, **{"gcs_age_s": None, over: 100.0})
+    run.step(silent)
+    assert run.step(silent, 121.0) is Action.RETURN
+    assert run.step(changed(silent, position_lost=True)) is Action.STOP
+    run.step(silent)
+    assert run.step(silent, 9.9) is Action.STOP
+    assert run.step(silent, 0.2) is Action.RETURN
+
+
+def test_a_station_that_stops_the_boat_by_its_silence_ends_no_stop():
+    run = Run(FailsafeConfig(gcs_action=Action.STOP))
+    run.step(SILENT)
+    run.step(changed(SILENT, position_lost=True))
+    run.step(SILENT)
+    assert run.step(SILENT, 600.0) is Action.STOP
+    assert "position_lost" in run.causes
+
+
 def test_a_sensor_that_is_lost_again_and_again_ends_no_stop_any_more():
     """A compass that was truly wrong, and a place that was spoofed, were believed anew each minute: 1200 m in 20 minutes."""
     run = Run()

@@ -144,9 +144,9 @@ def _nobody_orders(entries: Mapping[str, Entry], config: FailsafeConfig) -> bool
     return any(
         rule.row.station
         and (entry := entries.get(rule.row.name)) is not None
+        and entry.fired_us is not None
         and entry.gone_us is None
         and wanted(rule, entry) is Action.RETURN
-        and entry.escalated
         and not entry.taken
         for rule in config.rules
     )
