@@ -724,16 +724,22 @@ def test_a_weak_thruster_is_never_passed_over_and_never_disarms(action):
 SILENT = changed(WELL, gcs_age_s=100.0)
 
 
-def test_a_stop_whose_cause_is_gone_does_not_wait_for_an_order_that_nobody_can_give():
-    """GNSS was away for a second and a half on the way home of a boat without a station: adrift for good."""
+@pytest.mark.parametrize("name", ["position_lost", "heading_lost", "depth_blind"])
+def test_a_stop_whose_cause_is_gone_does_not_wait_for_an_order_that_nobody_can_give(name):
+    """GNSS, or a sounder, was away for some seconds on the way home of a boat without a station: adrift for good."""
     run = Run()
     run.step(SILENT)
     assert run.step(SILENT, 61.0) is Action.RETURN
-    assert run.step(changed(SILENT, position_lost=True)) is Action.STOP
+    assert run.step(changed(SILENT, **{name: True})) is Action.STOP
     assert run.step(SILENT, 1.0) is Action.STOP
     assert run.step(SILENT, 9.9) is Action.STOP, "not steadily gone"
     assert run.step(SILENT, 0.2) is Action.RETURN
-    assert "Over: position lost" in [text for _, text in run.texts]
+    assert f"Over: {BY_NAME[name].text}" in [text for _, text in run.texts]
+
+
+@pytest.mark.parametrize("row", TABLE, ids=lambda row: row.name)
+def test_what_ends_without_an_order_is_a_sense_that_is_back(row):
+    assert row.ends_alone == (row.name in ("position_lost", "heading_lost", "depth_blind"))
 
 
 @pytest.mark.parametrize("over", ["gcs_age_s", "radio_age_s"])

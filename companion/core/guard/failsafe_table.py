@@ -141,6 +141,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         lambda f: f.depth.depth_blind and autonomous(f),
         takeover=Takeover.MANUAL,
         delay_max_s=30,
+        ends_alone=True,
     ),
     Condition(
         "fence_ahead",
