@@ -777,10 +777,50 @@ def test_a_sensor_that_is_lost_again_and_again_ends_no_stop_any_more():
         assert run.step(SILENT, 0.2) is Action.RETURN
     run.step(changed(SILENT, position_lost=True), 5.0)
     run.step(SILENT)
-    assert run.step(SILENT, 3600.0) is Action.STOP
+    assert run.step(SILENT, 600.0) is Action.STOP
     # a station that is heard again begins anew
     run.step(changed(WELL, operator_order=Order.RETURN))
     assert run.causes == ()
+
+
+def an_hour_of_outages(away_s, every_s):
+    """A silent station and a position that is away for a while again and again: share of the time that she returns, and its last."""
+    run, returns, last_s = Run(), 0, 0
+    run.step(SILENT)
+    run.step(SILENT, 61.0)
+    for second in range(3600):
+        if run.step(changed(SILENT, position_lost=second % every_s < away_s), 1.0) is Action.RETURN:
+            returns, last_s = returns + 1, second
+    return returns / 3600.0, last_s
+
+
+@pytest.mark.parametrize(("every_s", "least"), [(120, 0.1), (200, 0.4), (300, 0.8), (600, 0.9)])
+def test_a_sensor_that_is_sound_but_for_a_second_at_times_is_not_the_end_of_the_way_home(every_s, least):
+    """By the fourth bridge, or the fourth second without fix in a night at the pier, she was cast adrift."""
+    share, last_s = an_hour_of_outages(1, every_s)
+    assert share >= least
+    assert last_s > 3600 - 2 * 600
+
+
+@pytest.mark.parametrize(("away_s", "every_s"), [(8, 25), (1, 15), (20, 50)])
+def test_a_sensor_that_is_never_soundly_back_meets_the_limit(away_s, every_s):
+    share, last_s = an_hour_of_outages(away_s, every_s)
+    assert share < 0.01
+    assert last_s < 300
+
+
+def test_an_end_is_forgotten_after_ten_minutes_of_sound_time():
+    run = Run()
+    run.step(SILENT)
+    run.step(SILENT, 61.0)
+    for wait_s in (10.1, 20.1, 40.1):
+        assert run.step(changed(SILENT, position_lost=True), 5.0) is Action.STOP
+        run.step(SILENT)
+        assert run.step(SILENT, wait_s) is Action.RETURN
+    run.step(changed(SILENT, position_lost=True), 5.0)
+    run.step(SILENT)
+    assert run.step(SILENT, 630.0) is Action.STOP
+    assert run.step(SILENT, 12.0) is Action.RETURN
 
 
 def test_somebody_who_holds_the_boat_from_the_page_is_there_to_order():

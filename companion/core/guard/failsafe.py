@@ -14,6 +14,7 @@ from typing import Final
 from mavlink_bridge.language.messages import Action, Severity
 from mavlink_bridge.language.value import value
 
+from .failsafe_alone import Ends, ended, ends_in_us, nobody_orders, stands
 from .failsafe_config import FailsafeConfig, Override, Rule, microseconds, reached
 from .failsafe_entry import Entry, acting, clock_us, wanted
 from .failsafe_flags import Flags
@@ -21,7 +22,7 @@ from .failsafe_orders import Order, ends, names
 from .failsafe_return import broken_off, rest_us
 from .failsafe_row import Clear, Condition, Takeover
 from .failsafe_table import BY_NAME
-from .failsafe_telling import SOON_US, STEADY_US, Done, tell, tell_back
+from .failsafe_telling import SOON_US, Done, tell, tell_back
 from .failsafe_words import BACK, until
 
 __all__ = [
@@ -42,8 +43,8 @@ __all__ = [
 
 _NONE: Final = Action.NONE
 _FENCE: Final = BY_NAME["fence_ahead"]
-_MOST_ALONE: Final = 3
-"""A sensor that is lost again and again is not sound though it is back each time: each wait is twice the last, and then none ends."""
+_Move = tuple[Rule, Entry | None, Entry | None]
+"""A condition with what was remembered of it, and with what is now."""
 
 
 @value
@@ -53,8 +54,8 @@ class FailsafeMemory:
     entries: Mapping[str, Entry] = field(default_factory=lambda: MappingProxyType({}))
     required_since_us: int | None = None
     """Since when a ground station is required without a break."""
-    alone: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
-    """How often each condition has ended without an order since nobody was there to give one."""
+    alone: Mapping[str, Ends] = field(default_factory=lambda: MappingProxyType({}))
+    """How conditions have ended without an order since nobody was there to give one."""
     action: Action = Action.NONE
     """What the vessel was to do."""
 
@@ -86,29 +87,13 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
     """The same as ``step`` without its short cut: every row is looked at."""
     required_since_us = _required_since(memory, flags, now_us)
     flags = _count_from_requirement(flags, required_since_us, now_us, config)
-    before = memory.entries
-    nobody = _nobody_orders(before, config)
-    alone = dict(memory.alone) if nobody else {}
-    moves: list[tuple[Rule, Entry | None, Entry | None]] = []
-    entries: dict[str, Entry] = {}
-    done = Done(Action.NONE)
-    for rule in config.rules:
-        row = rule.row
-        old = before.get(row.name)
-        if old is not None and _is_met_anew(row, old, flags) and _is_raised(rule, None, flags):
-            old = None
-        raised = _is_raised(rule, old, flags)
-        if old is None and not raised:
-            continue
-        entry = _advance(rule, old, raised, flags, now_us)
-        if entry is not None and nobody and _ends_alone(rule, entry, now_us, alone.get(row.name, 0)):
-            entry, alone[row.name] = None, alone.get(row.name, 0) + 1
-        moves.append((rule, old, entry))
-        if entry is not None:
-            entries[row.name] = entry
-            if entry.fired_us is not None and (action := acting(rule, entry, flags)) > done.action:
-                done = Done(action, row.text)
-    done = _what_is_done(done, entries, flags, now_us)
+    moves = _moves(memory, flags, now_us, config)
+    entries = {rule.row.name: entry for rule, _, entry in moves if entry is not None}
+    alone: dict[str, Ends] = {}
+    if nobody_orders(entries, config):
+        moves, alone = _without_an_order(moves, memory.alone, now_us)
+        entries = {rule.row.name: entry for rule, _, entry in moves if entry is not None}
+    done = _what_is_done(_worst(moves, flags), entries, flags, now_us)
     if memory.action is Action.RETURN and done.why == _FENCE.text:
         entries[_FENCE.name] = broken_off(entries[_FENCE.name], now_us)
     texts: list[tuple[Severity, str]] = []
@@ -121,6 +106,46 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
     memory = FailsafeMemory(entries, required_since_us, alone, done.action)
     result = FailsafeResult(memory, done.action, causes, tuple(texts))
     return replace(result, thrust_share=config.oscillation_thrust) if "oscillating" in causes else result
+
+
+def _moves(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeConfig) -> list[_Move]:
+    """What this tick makes of each condition that is, or was, remembered."""
+    moves: list[_Move] = []
+    for rule in config.rules:
+        old = memory.entries.get(rule.row.name)
+        if old is not None and _is_met_anew(rule.row, old, flags) and _is_raised(rule, None, flags):
+            old = None
+        raised = _is_raised(rule, old, flags)
+        if old is not None or raised:
+            moves.append((rule, old, _advance(rule, old, raised, flags, now_us)))
+    return moves
+
+
+def _without_an_order(
+    moves: list[_Move], before: Mapping[str, Ends], now_us: int
+) -> tuple[list[_Move], dict[str, Ends]]:
+    """End what waits for an order that nobody can give; how it has ended so far goes in and comes out."""
+    alone = dict(before)
+    left: list[_Move] = []
+    for rule, old, entry in moves:
+        name = rule.row.name
+        if entry is not None and ends_in_us(rule, entry, alone.get(name), now_us) == 0:
+            alone[name] = ended(alone.get(name), entry, now_us)
+            left.append((rule, old, None))
+            continue
+        if name in alone and entry is not None and entry.gone_us is None:
+            alone[name] = stands(alone[name], now_us)
+        left.append((rule, old, entry))
+    return left, alone
+
+
+def _worst(moves: list[_Move], flags: Flags) -> Done:
+    """What the condition asks for that asks for most; of several the most urgent."""
+    done = Done(Action.NONE)
+    for rule, _, entry in moves:
+        if entry is not None and entry.fired_us is not None and (action := acting(rule, entry, flags)) > done.action:
+            done = Done(action, rule.row.text)
+    return done
 
 
 def _what_is_done(done: Done, entries: Mapping[str, Entry], flags: Flags, now_us: int) -> Done:
@@ -137,19 +162,6 @@ def _bars_the_way(fence: Entry | None, flags: Flags, now_us: int) -> bool:
     if fence is None or flags.helm.manual:
         return False
     return flags.helm.return_shut_off or rest_us(fence, now_us) != 0
-
-
-def _nobody_orders(entries: Mapping[str, Entry], config: FailsafeConfig) -> bool:
-    """Whether the station has been silent for so long that the vessel is to return: what waits for its order waits for ever."""
-    return any(
-        rule.row.station
-        and (entry := entries.get(rule.row.name)) is not None
-        and entry.fired_us is not None
-        and entry.gone_us is None
-        and wanted(rule, entry) is Action.RETURN
-        and not entry.taken
-        for rule in config.rules
-    )
 
 
 def _is_met_anew(row: Condition, old: Entry, flags: Flags) -> bool:
@@ -237,13 +249,6 @@ def _continue(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> Entry:
         elif left_us <= SOON_US and not entry.told_soon:
             entry = replace(entry, told_soon=True)
     return entry
-
-
-def _ends_alone(rule: Rule, entry: Entry, now_us: int, times: int) -> bool:
-    """Whether a condition whose cause is steadily gone ends where there is nobody to order it; ``times``: how often it has."""
-    if entry.gone_us is None or not rule.row.ends_alone or times >= _MOST_ALONE:
-        return False
-    return now_us - entry.gone_us >= max(rule.clear_us, STEADY_US) << times
 
 
 def _cleared(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> bool:
