@@ -18,6 +18,7 @@ from mavlink_bridge.language.requests import (
     SetMode,
     StartPlan,
 )
+from mavlink_bridge.mavlink.wire.codec import dialect
 from tests.soaked import in_the_soak
 from tests.world_station import Helm
 
@@ -241,4 +242,26 @@ def test_manual_without_sticks_is_no_hand_at_the_sticks():
     assert math.hypot(helm.truth.north_m, helm.truth.east_m) > 8.0
     helm.present = False
     helm.run(90.0)
+    assert math.hypot(helm.truth.north_m, helm.truth.east_m) < 3.0
+
+
+def test_sticks_that_fall_silent_with_the_station_are_no_hand_either():
+    """The laptop under the steering hand died: "Manual control lost: STOP", and she was set out to sea, for good."""
+    helm = Helm("ardurover", "depth.enabled=false", "failsafe.gcs_then_s=20", "world.water.current_mps=0.3", *SET_OUT)
+    assert helm.command(176, 1.0, 0.0) == 0
+    assert helm.command(400, 1.0) == 0
+    for _ in range(400):
+        helm.send(dialect.MAVLink_manual_control_message(1, 500, 0, 750, 0, 0))
+        helm.run(0.1)
+    out_m = math.hypot(helm.truth.north_m, helm.truth.east_m)
+    assert out_m > 15.0
+    helm.present = False
+    helm.run(20.0)
+    assert helm.world.snapshot.mode is Mode.MANUAL
+    assert helm.world.snapshot.action is Action.STOP
+    assert "RETURN in 10 s: ground station lost" in helm.texts()
+    helm.send(dialect.MAVLink_manual_control_message(1, 500, 0, 750, 0, 0))
+    helm.run(0.2)
+    assert helm.world.snapshot.action < Action.HOLD, "a stick that is heard again is obeyed"
+    helm.run(110.0)
     assert math.hypot(helm.truth.north_m, helm.truth.east_m) < 3.0

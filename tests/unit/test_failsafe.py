@@ -843,6 +843,62 @@ def test_a_boat_that_is_let_drift_in_manual_is_not_held_but_brought_home():
     assert "Ground station lost" in [text for _, text in run.texts]
 
 
+def by_hand(sticks_s, station_s):
+    """Flags of Manual in which sticks were heard so long ago, and the station."""
+    return changed(WELL, autonomous=False, manual=sticks_s < 0.5, manual_age_s=sticks_s, gcs_age_s=station_s)
+
+
+def let_go(config=CONFIG, until_s=80.0, steers_s=0.0):
+    """By hand, then station and sticks are silent, the sticks some time later: what is done at each half second."""
+    run, found = Run(config), []
+    for half in range(round(2.0 * until_s)):
+        silent_s = 0.5 * half
+        found.append(run.step(by_hand(max(silent_s - steers_s, 0.1), silent_s), 0.5))
+        if found[-1] is Action.RETURN:
+            break
+    return run, found
+
+
+@pytest.mark.parametrize("then_s", [0.0, 20.0, 60.0, 600.0])
+def test_sticks_and_station_that_fall_silent_together_are_nobodys_hand(then_s):
+    """A laptop that died under the steering hand: stopped for good, and set 126 m farther out in 400 s."""
+    run, found = let_go(FailsafeConfig(gcs_then_s=then_s), 5.0 + then_s + 20.0)
+    assert found[-1] is Action.RETURN
+    assert {*found[2:-1]} == {Action.STOP}
+    assert len(found) * 0.5 == pytest.approx(max(5.0 + then_s, 10.5), abs=1.0)
+    texts, ahead = [text for _, text in run.texts], [text for text in run.foretold if "RETURN in" in text]
+    assert "Ground station lost (stopped: manual control lost)" in texts
+    assert ahead, "told before"
+    if then_s > 10.0:
+        assert ahead == [
+            f"RETURN in {then_s:g} s; until ground station is back, then order Auto",
+            "RETURN in 10 s: ground station lost",
+        ]
+        assert "Ground station lost: RETURN" in texts
+
+
+@pytest.mark.parametrize("steers_s", [62.0, 64.0, 300.0])
+def test_a_hand_that_lets_go_long_after_the_station_fell_silent_is_told_of_the_return_too(steers_s):
+    run, found = let_go(until_s=steers_s + 20.0, steers_s=steers_s)
+    assert found[-1] is Action.RETURN
+    assert len(found) * 0.5 == pytest.approx(steers_s + 10.5, abs=1.0)
+    assert [text for text in run.foretold if text.startswith("RETURN in")]
+
+
+def test_a_stick_that_is_heard_again_is_obeyed_and_a_link_with_bad_moments_is_not_taken_from_the_hand():
+    run = Run()
+    for beat in range(400):
+        action = run.step(by_hand(float(beat % 9) or 0.1, float(beat)), 1.0)
+        assert (action is Action.STOP) == (beat % 9 > 0), "obeyed whenever a stick is heard"
+
+
+def test_sticks_alone_that_are_silent_bring_nobody_home():
+    run = Run()
+    for second in range(600):
+        run.step(by_hand(float(second), 0.1), 1.0)
+    assert run.last.action is Action.STOP
+
+
 def test_with_a_station_it_waits():
     run = Run()
     run.step(changed(WELL, position_lost=True))

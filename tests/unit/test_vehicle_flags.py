@@ -11,6 +11,7 @@ import pytest
 from companion.core.estimate.flags import PlaceFlags
 from companion.core.guard.board_watch import BoardFlags, BoardReport, BoardWatch
 from companion.core.guard.depth.guard import DepthFlags, GuardOutput
+from companion.core.guard.failsafe_config import FailsafeConfig
 from companion.core.guard.failsafe_flags import ALARMS, HOME, Flags, ProcessFlags, changed, flags_of as flags_named
 from companion.core.guard.failsafe_orders import Order
 from companion.core.guard.fence import FenceFlags, FenceOutput
@@ -81,7 +82,7 @@ def gathered(
         "returns_by_order": False,
         "goes_on_with": "",
     }
-    config = SimpleNamespace(operator=SimpleNamespace(gcs_required=required))
+    config = SimpleNamespace(operator=SimpleNamespace(gcs_required=required), failsafe=FailsafeConfig())
     vessel: Any = SimpleNamespace(parts=parts, config=config, **(standing | controls))
     inputs = TickInputs(process=process or ProcessFlags())
     sensed = Sensed(0, 0.05, inputs, EstimatedState(0), board=BoardReport(board or BoardFlags()))
@@ -168,6 +169,7 @@ def test_the_flags_of_a_mode():
     taken.awaited_us = -9_000_000
     assert gathered(helm=taken) == flags_named(manual=True), "somebody reaches for the sticks"
     assert gathered(helm=Helm(Mode.MANUAL, stick_s=0.2)) == flags_named(manual=True, manual_age_s=0.2)
+    assert gathered(helm=Helm(Mode.MANUAL, stick_s=0.5)) == flags_named(manual_age_s=0.5), "no stick is heard: no hand"
 
 
 @pytest.mark.parametrize("name", ALARMS)

@@ -14,7 +14,7 @@ from typing import Final
 from mavlink_bridge.language.messages import Action, Severity
 from mavlink_bridge.language.value import value
 
-from .failsafe_alone import Ends, ended, ends_in_us, nobody_orders, stands
+from .failsafe_alone import Ends, ended, ends_in_us, gives_way_in_us, nobody_orders, stands
 from .failsafe_config import FailsafeConfig, Override, Rule, microseconds, reached
 from .failsafe_entry import Entry, acting, clock_us, wanted
 from .failsafe_flags import Flags
@@ -90,10 +90,11 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
     moves = _moves(memory, flags, now_us, config)
     entries = {rule.row.name: entry for rule, _, entry in moves if entry is not None}
     alone: dict[str, Ends] = {}
-    if nobody_orders(entries, config):
+    nobody = nobody_orders(entries, config)
+    if nobody:
         moves, alone = _without_an_order(moves, memory.alone, now_us)
         entries = {rule.row.name: entry for rule, _, entry in moves if entry is not None}
-    done = _what_is_done(_worst(moves, flags), entries, flags, now_us)
+    done = _what_is_done(_worst(moves, flags, now_us, nobody=nobody), entries, flags, now_us)
     if memory.action is Action.RETURN and done.why == _FENCE.text:
         entries[_FENCE.name] = broken_off(entries[_FENCE.name], now_us)
     texts: list[tuple[Severity, str]] = []
@@ -139,12 +140,15 @@ def _without_an_order(
     return left, alone
 
 
-def _worst(moves: list[_Move], flags: Flags) -> Done:
-    """What the condition asks for that asks for most; of several the most urgent."""
+def _worst(moves: list[_Move], flags: Flags, now_us: int, *, nobody: bool) -> Done:
+    """What the condition asks for that asks for most; of several the most urgent. ``nobody``: is there to give an order."""
     done = Done(Action.NONE)
     for rule, _, entry in moves:
-        if entry is not None and entry.fired_us is not None and (action := acting(rule, entry, flags)) > done.action:
-            done = Done(action, rule.row.text)
+        if entry is None or entry.fired_us is None or (action := acting(rule, entry, flags)) <= done.action:
+            continue
+        left_us = gives_way_in_us(rule, entry, now_us)
+        if not (nobody and left_us == 0):
+            done = Done(action, rule.row.text, gives_way=left_us is not None, left_us=left_us if nobody else None)
     return done
 
 

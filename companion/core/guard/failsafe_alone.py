@@ -20,6 +20,9 @@ _LONGEST_US: Final = STEADY_US << (_MOST - 1)
 _FORGOTTEN_US: Final = 600_000_000
 """An end counts for so long of sound time: a sensor that has a bad second at times must not be the end of a voyage."""
 
+_LET_GO_US: Final = 10_000_000
+"""Sticks that are silent for so long have been let go, as those that nobody ever moved: until then a link may have a bad moment."""
+
 
 @value
 class Ends:
@@ -56,6 +59,13 @@ def ended(ends: Ends | None, entry: Entry, now_us: int) -> Ends:
 def stands(ends: Ends, now_us: int) -> Ends:
     """The cause of a condition that has ended so stands again."""
     return Ends(_counting(ends, now_us), _sound_us(ends, now_us), now_us)
+
+
+def gives_way_in_us(rule: Rule, entry: Entry, now_us: int) -> int | None:
+    """In how long a condition that says that nobody steers gives way to a return; 0 = it does, None = never."""
+    if entry.fired_us is None or not rule.row.gives_way:
+        return None
+    return max(entry.fired_us + _LET_GO_US - now_us, 0)
 
 
 def ends_in_us(rule: Rule, entry: Entry, ends: Ends | None, now_us: int) -> int | None:

@@ -32,7 +32,7 @@ class HelmFlags:
     autonomous: bool = False
     """The mode in force steers by position or heading (everything but Manual)."""
     manual: bool = False
-    """Manual mode with sticks, or with somebody who may just be reaching for them."""
+    """Manual mode with sticks that are heard, or with somebody who may just be reaching for them."""
     manual_idle: bool = False
     """Manual mode in which no stick ever moved."""
     manual_age_s: float | None = None

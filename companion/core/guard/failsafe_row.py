@@ -54,5 +54,7 @@ class Condition:
     """The cause by itself, where ``flag`` also asks what the vessel does: disarmed, or steered by hand, it has not come back by that."""
     station: bool = False
     """The cause is a silent station: its order is speech and ends it; a return that an operator ordered goes on in spite of it."""
+    gives_way: bool = False
+    """It says that nobody steers: where the station is silent as well, it stands in no return's way."""
     ends_alone: bool = False
     """Its cause gone, it ends without an order where the station has been silent for so long that the vessel is to return."""

@@ -171,6 +171,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         clear=GONE,
         floor=S,
         delay_max_s=5,
+        gives_way=True,
     ),
     Condition(
         "guided_lost",

@@ -28,6 +28,10 @@ class Done:
     """The cause that asks for it, in words."""
     then: Action = Action.NONE
     """What goes on by itself when that cause is gone."""
+    gives_way: bool = False
+    """That cause gives way to a return for want of a station."""
+    left_us: int | None = None
+    """In how long it does; None = that is not known, or it never does."""
 
     def instead_of(self, action: Action) -> str:
         """In brackets, what is done instead of what a row asks: "stopped: position lost"; "" = just that is done."""
@@ -50,9 +54,12 @@ def tell(rule: Rule, old: Entry | None, entry: Entry | None, flags: Flags, done:
     grows = entry.escalated and not before.escalated
     if fires or grows:
         texts.append((Severity.CRITICAL if grows else row.severity, _sentence(row.text, action, instead)))
-        if not instead:
+        if grows and done.left_us is not None:
+            texts.append((Severity.WARNING, f"{action.name} in {_seconds(done.left_us)} s: {row.text}"))
+        elif not instead or done.gives_way:
             texts += _foretold(rule, entry, flags, done)
-    if entry.told_soon and not before.told_soon and not entry.escalated and action is rule.action and not instead:
+    is_next = not instead or done.gives_way
+    if entry.told_soon and not before.told_soon and not entry.escalated and action is rule.action and is_next:
         texts.append((Severity.WARNING, f"{rule.then_action.name} in {SOON_US // 1_000_000} s: {row.text}"))
     if entry.taken and not before.taken:
         texts.append((Severity.WARNING, f"Operator takes over: {row.text}"))
@@ -67,6 +74,8 @@ def _foretold(rule: Rule, entry: Entry, flags: Flags, done: Done) -> list[tuple[
     end = until(rule.row, flags.helm.resume)
     if action is done.action and done.then is not Action.NONE:
         end = f"until {BACK[rule.row.name]}, then {DOING[done.then]}"
+    if rule.row.gives_way and done.left_us is not None:
+        return [(Severity.WARNING, f"{Action.RETURN.name} in {_seconds(done.left_us)} s; {end}")]
     if rule.then_us is not None and not entry.escalated:
         return [(Severity.WARNING, f"{rule.then_action.name} in {rule.then_us / 1e6:g} s; {end}")]
     return [(Severity.INFO, capital(end))] if end else []
@@ -94,6 +103,10 @@ def tell_back(
         clock = f"clock stopped at {entry.stood_us // 1_000_000} of {rule.then_us / 1e6:g} s, "
     order = way.format(flags.helm.resume or "Auto")
     return entry, [(Severity.INFO, f"{back}: {clock}{DOING[action]}: {order} to go on")]
+
+
+def _seconds(left_us: int) -> int:
+    return -(-left_us // 1_000_000)
 
 
 def _sentence(text: str, action: Action, instead: str) -> str:

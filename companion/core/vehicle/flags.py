@@ -7,6 +7,7 @@ from typing import Final
 from mavlink_bridge.language.messages import Mode
 
 from ..guard.failsafe import Flags
+from ..guard.failsafe_config import microseconds, reached
 from ..guard.failsafe_flags import GroundFlags, HelmFlags, PlanFlags, StopFlags
 from .controls import Controls
 from .ticked import Guarded, Pursuit, Sensed
@@ -42,10 +43,11 @@ def _helm(controls: Controls, now_us: int, *, return_shut_off: bool) -> HelmFlag
     by_hand = navigator.mode is Mode.MANUAL
     wait_s = navigator.stick_wait_s(now_us) if by_hand else None
     is_idle = by_hand and wait_s is None and now_us - navigator.awaited_us >= _STICKS_COME_US
+    is_silent = wait_s is not None and reached(wait_s, microseconds(controls.config.failsafe.manual_timeout_s))
     return HelmFlags(
         armed=controls.armed,
         autonomous=not by_hand,
-        manual=by_hand and not is_idle,
+        manual=by_hand and not is_idle and not is_silent,
         manual_idle=is_idle,
         manual_age_s=wait_s,
         guided_age_s=navigator.guided_age_s(now_us),
