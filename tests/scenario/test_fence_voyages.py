@@ -205,6 +205,8 @@ def test_a_return_that_leads_across_the_fence_waits_and_says_so():
     assert 30.0 < helm.truth.north_m < 62.0
     assert helm.texts().count("Fence ahead: HOLD") == 1
     assert helm.texts().count("Return to home, ") <= 1
+    assert "Fence across the way back: holding: order a go-to" in helm.texts()
+    assert "order Return to go on" not in helm.texts(), "she would be stopped again"
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 
@@ -999,3 +1000,71 @@ def test_each_return_that_the_fence_breaks_off_waits_longer_and_a_stop_is_forgot
     assert max(waits_s() for _ in range(10)) <= 300, "no return waits for longer than it takes to forget a stop"
     run.step(critical, 2400.0)
     assert waits_s() == 5
+
+
+ACROSS = "Fence across the way back: holding: order a go-to round it, or change the fence"
+
+
+def told(run):
+    return [text for _, text in run.texts]
+
+
+def test_a_way_back_that_the_fence_shuts_off_is_told_with_what_clears_it():
+    """ "No fence is ahead: holding: order Return to go on" was told 2 m before it, and who obeyed was stopped again, six times."""
+    run, critical = Run(), changed(WELL, battery_critical=True, resume="Return")
+    run.step(critical)
+    run.step(critical, 6.0)
+    run.foretold.clear()
+    run.step(changed(critical, fence_ahead=True, return_shut_off=True))
+    assert told(run)[-2:] == ["Fence ahead: HOLD", ACROSS]
+    assert run.foretold == [], "it is not over when no fence is ahead"
+    run.step(changed(critical, return_shut_off=True))
+    run.step(changed(critical, return_shut_off=True), 11.0)
+    assert told(run)[-1] == ACROSS
+    assert not any("to go on" in text for text in told(run))
+    run.step(changed(critical, return_shut_off=True, gcs_age_s=100.0))
+    run.step(changed(critical, return_shut_off=True, gcs_age_s=161.0), 61.0)
+    assert told(run)[-2:] == ["Ground station lost (holding: fence ahead)", ACROSS]
+
+
+def test_a_plan_that_the_fence_stops_waits_for_its_order_wherever_home_is():
+    run = Run()
+    flags = changed(WELL, return_shut_off=True, resume="Auto")
+    run.step(changed(flags, fence_ahead=True))
+    run.step(flags)
+    run.step(flags, 11.0)
+    assert told(run)[-1] == "No fence is ahead: holding: order Auto to go on"
+
+
+def test_a_return_that_goes_on_by_itself_asks_for_no_order_and_says_when():
+    run, critical = Run(), changed(WELL, battery_critical=True, resume="Return")
+    run.step(critical)
+    run.step(critical, 6.0)
+    for wait_s in (5.0, 10.0, 20.0):
+        run.step(changed(critical, fence_ahead=True))
+        run.step(critical)
+        assert run.step(critical, min(wait_s - 0.1, 10.0)) is Action.HOLD
+        said = told(run)[-1]
+        assert run.step(critical, wait_s - 9.9 if wait_s > 10.0 else 0.2) is Action.RETURN
+    assert said == "No fence is ahead: holding: returning in 10 s"
+    assert not any("to go on" in text for text in told(run))
+
+
+def test_a_stop_that_ends_by_itself_asks_for_no_order_and_says_when():
+    """ "Position is back: stopped: order Return to go on" was told to a station that was silent, some seconds before it went on."""
+    run = Run()
+    silent = changed(SILENT, resume="Return")
+    run.step(silent)
+    run.step(silent, 61.0)
+    run.foretold.clear()
+    ahead = []
+    for wait_s in (10.0, 20.0, 40.0, 650.0):
+        run.step(changed(silent, position_lost=True))
+        run.step(silent)
+        run.step(silent, 10.0)
+        ahead.append(told(run)[-1])
+        assert run.step(silent, wait_s - 9.9) is Action.RETURN
+    assert run.foretold == ["Until position is back, then returning"] * 4
+    assert ahead[1:3] == [f"Position is back: stopped: returning in {left_s} s" for left_s in (10, 30)]
+    assert re.fullmatch("Position is back: stopped: returning in 6[0-9][0-9] s", ahead[3])
+    assert not any("to go on" in text for text in told(run))

@@ -14,7 +14,7 @@ from typing import Final
 from mavlink_bridge.language.messages import Action, Severity
 from mavlink_bridge.language.value import value
 
-from .failsafe_alone import Ends, ended, ends_in_us, gives_way_in_us, nobody_orders, stands
+from .failsafe_alone import Ends, ended, lets_go_in_us, nobody_orders, stands
 from .failsafe_config import FailsafeConfig, Override, Rule, microseconds, reached
 from .failsafe_entry import Entry, acting, clock_us, wanted
 from .failsafe_flags import Flags
@@ -90,12 +90,13 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
     moves = _moves(memory, flags, now_us, config)
     entries = {rule.row.name: entry for rule, _, entry in moves if entry is not None}
     alone: dict[str, Ends] = {}
-    nobody = nobody_orders(entries, config)
-    if nobody:
-        moves, alone = _without_an_order(moves, memory.alone, now_us)
+    begun = Done(_NONE)
+    if nobody_orders(entries, config):
+        moves, alone, left_us = _without_an_order(moves, memory.alone, now_us)
+        begun = Done(_NONE, nobody=True, left_us=left_us)
         entries = {rule.row.name: entry for rule, _, entry in moves if entry is not None}
-    done = _what_is_done(_worst(moves, flags, now_us, nobody=nobody), entries, flags, now_us)
-    if memory.action is Action.RETURN and done.why == _FENCE.text:
+    done = _what_is_done(_worst(begun, moves, flags), entries, flags, now_us)
+    if memory.action is Action.RETURN and done.name == _FENCE.name:
         entries[_FENCE.name] = broken_off(entries[_FENCE.name], now_us)
     texts: list[tuple[Severity, str]] = []
     for rule, old, entry in moves:
@@ -124,48 +125,59 @@ def _moves(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCo
 
 def _without_an_order(
     moves: list[_Move], before: Mapping[str, Ends], now_us: int
-) -> tuple[list[_Move], dict[str, Ends]]:
-    """End what waits for an order that nobody can give; how it has ended so far goes in and comes out."""
-    alone = dict(before)
+) -> tuple[list[_Move], dict[str, Ends], dict[str, int]]:
+    """End what waits for an order that nobody can give; how it has ended so far goes in and comes out, and in how long others let go."""
+    alone, left_us = dict(before), {}
     left: list[_Move] = []
     for rule, old, entry in moves:
         name = rule.row.name
-        if entry is not None and ends_in_us(rule, entry, alone.get(name), now_us) == 0:
-            alone[name] = ended(alone.get(name), entry, now_us)
-            left.append((rule, old, None))
-            continue
+        in_us = None if entry is None else lets_go_in_us(rule, entry, alone.get(name), now_us)
+        if entry is not None and in_us == 0 and rule.row.ends_alone:
+            alone[name], entry = ended(alone.get(name), entry, now_us), None
+        elif in_us is not None:
+            left_us[name] = in_us
         if name in alone and entry is not None and entry.gone_us is None:
             alone[name] = stands(alone[name], now_us)
         left.append((rule, old, entry))
-    return left, alone
+    return left, alone, left_us
 
 
-def _worst(moves: list[_Move], flags: Flags, now_us: int, *, nobody: bool) -> Done:
-    """What the condition asks for that asks for most; of several the most urgent. ``nobody``: is there to give an order."""
-    done = Done(Action.NONE)
+def _worst(begun: Done, moves: list[_Move], flags: Flags) -> Done:
+    """What the condition asks for that asks for most; of several the most urgent. ``begun``: what is known of them all."""
+    done = begun
     for rule, _, entry in moves:
-        if entry is None or entry.fired_us is None or (action := acting(rule, entry, flags)) <= done.action:
+        row = rule.row
+        if entry is None or entry.fired_us is None or (row.gives_way and begun.left_us.get(row.name) == 0):
             continue
-        left_us = gives_way_in_us(rule, entry, now_us)
-        if not (nobody and left_us == 0):
-            done = Done(action, rule.row.text, gives_way=left_us is not None, left_us=left_us if nobody else None)
+        if (action := acting(rule, entry, flags)) > done.action:
+            done = replace(begun, action=action, why=row.text, name=row.name, gives_way=row.gives_way)
     return done
 
 
 def _what_is_done(done: Done, entries: Mapping[str, Entry], flags: Flags, now_us: int) -> Done:
     """What the worst condition asks for, as far as it can be sailed."""
-    if done.action is Action.RETURN and _bars_the_way(entries.get(_FENCE.name), flags, now_us):
-        done = Done(Action.HOLD, _FENCE.text, Action.NONE if flags.helm.return_shut_off else Action.RETURN)
+    fence = entries.get(_FENCE.name)
+    if done.action is Action.RETURN and fence is not None and _bars_the_way(fence, flags, now_us):
+        done = _waits_before(done, fence, flags, now_us)
     if done.action in (Action.HOLD, Action.RETURN) and (flags.place.position_lost or flags.place.heading_lost):
-        done = Done(Action.STOP, "position lost" if flags.place.position_lost else "heading lost")
+        why = "position lost" if flags.place.position_lost else "heading lost"
+        done = Done(Action.STOP, why, nobody=done.nobody, left_us=done.left_us)
     return done
 
 
-def _bars_the_way(fence: Entry | None, flags: Flags, now_us: int) -> bool:
+def _waits_before(done: Done, fence: Entry, flags: Flags, now_us: int) -> Done:
+    """A return waits in Hold: for a vessel that is to come to rest, or for a way."""
+    done = replace(done, action=Action.HOLD, why=_FENCE.text, name=_FENCE.name)
+    if flags.helm.return_shut_off:
+        return replace(done, shut_off=True)
+    left_us = rest_us(fence, now_us)
+    goes_on = done.left_us if left_us is None else {**done.left_us, _FENCE.name: left_us}
+    return replace(done, then=Action.RETURN, left_us=goes_on)
+
+
+def _bars_the_way(fence: Entry, flags: Flags, now_us: int) -> bool:
     """A return that leads across the fence waits before it; any other only until the vessel that was stopped there has come to rest."""
-    if fence is None or flags.helm.manual:
-        return False
-    return flags.helm.return_shut_off or rest_us(fence, now_us) != 0
+    return not flags.helm.manual and (flags.helm.return_shut_off or rest_us(fence, now_us) != 0)
 
 
 def _is_met_anew(row: Condition, old: Entry, flags: Flags) -> bool:

@@ -61,15 +61,13 @@ def stands(ends: Ends, now_us: int) -> Ends:
     return Ends(_counting(ends, now_us), _sound_us(ends, now_us), now_us)
 
 
-def gives_way_in_us(rule: Rule, entry: Entry, now_us: int) -> int | None:
-    """In how long a condition that says that nobody steers gives way to a return; 0 = it does, None = never."""
-    if entry.fired_us is None or not rule.row.gives_way:
-        return None
-    return max(entry.fired_us + _LET_GO_US - now_us, 0)
+def lets_go_in_us(rule: Rule, entry: Entry, ends: Ends | None, now_us: int) -> int | None:
+    """In how long a condition lets a return go on without an order, if its cause stays as it is; 0 = now, None = never.
 
-
-def ends_in_us(rule: Rule, entry: Entry, ends: Ends | None, now_us: int) -> int | None:
-    """In how long a condition ends without an order if its cause stays away; 0 = now, None = it does not, or its cause stands."""
+    One that says that nobody steers gives way while it stands; one whose cause is gone ends.
+    """
+    if rule.row.gives_way and entry.fired_us is not None:
+        return max(entry.fired_us + _LET_GO_US - now_us, 0)
     if entry.gone_us is None or not rule.row.ends_alone:
         return None
     counting, left_us = (() if ends is None else _counting(ends, now_us)), 0

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 from typing import Final
 
 from mavlink_bridge.language.messages import Action, Severity
@@ -10,7 +12,7 @@ from mavlink_bridge.language.messages import Action, Severity
 from .failsafe_config import Rule
 from .failsafe_entry import Entry, acting, wanted
 from .failsafe_flags import Flags
-from .failsafe_words import BACK, DOING, SHORT, WAYS, capital, until
+from .failsafe_words import BACK, DOING, SHORT, SHUT_OFF, WAYS, capital, until
 
 SOON_US: Final = 10_000_000
 """A second action is told again so long before it comes: time to press a button."""
@@ -26,12 +28,18 @@ class Done:
     action: Action
     why: str = ""
     """The cause that asks for it, in words."""
+    name: str = ""
+    """Its row."""
     then: Action = Action.NONE
     """What goes on by itself when that cause is gone."""
+    shut_off: bool = False
+    """A return waits because its way leads across the fence."""
     gives_way: bool = False
     """That cause gives way to a return for want of a station."""
-    left_us: int | None = None
-    """In how long it does; None = that is not known, or it never does."""
+    nobody: bool = False
+    """Nobody is there to order, and what can end without an order does."""
+    left_us: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    """By row: in how long it lets a return go on without an order, if its cause stays as it is."""
 
     def instead_of(self, action: Action) -> str:
         """In brackets, what is done instead of what a row asks: "stopped: position lost"; "" = just that is done."""
@@ -54,8 +62,10 @@ def tell(rule: Rule, old: Entry | None, entry: Entry | None, flags: Flags, done:
     grows = entry.escalated and not before.escalated
     if fires or grows:
         texts.append((Severity.CRITICAL if grows else row.severity, _sentence(row.text, action, instead)))
-        if grows and done.left_us is not None:
-            texts.append((Severity.WARNING, f"{action.name} in {_seconds(done.left_us)} s: {row.text}"))
+        if instead and done.shut_off and action is Action.RETURN:
+            texts.append((Severity.WARNING, SHUT_OFF.format(DOING[done.action])))
+        elif grows and done.gives_way and done.nobody:
+            texts.append((Severity.WARNING, f"{action.name} in {_seconds(done.left_us[done.name])} s: {row.text}"))
         elif not instead or done.gives_way:
             texts += _foretold(rule, entry, flags, done)
     is_next = not instead or done.gives_way
@@ -72,10 +82,14 @@ def _foretold(rule: Rule, entry: Entry, flags: Flags, done: Done) -> list[tuple[
     if action < wanted(rule, entry):
         return []
     end = until(rule.row, flags.helm.resume)
+    if done.shut_off and rule.row.name == done.name:
+        return [(Severity.WARNING, SHUT_OFF.format(DOING[action]))]
+    if action is done.action and rule.row.ends_alone and done.nobody:
+        end = f"until {BACK[rule.row.name]}, then {DOING[Action.RETURN]}"
     if action is done.action and done.then is not Action.NONE:
         end = f"until {BACK[rule.row.name]}, then {DOING[done.then]}"
-    if rule.row.gives_way and done.left_us is not None:
-        return [(Severity.WARNING, f"{Action.RETURN.name} in {_seconds(done.left_us)} s; {end}")]
+    if rule.row.gives_way and rule.row.name in done.left_us:
+        return [(Severity.WARNING, f"{Action.RETURN.name} in {_seconds(done.left_us[rule.row.name])} s; {end}")]
     if rule.then_us is not None and not entry.escalated:
         return [(Severity.WARNING, f"{rule.then_action.name} in {rule.then_us / 1e6:g} s; {end}")]
     return [(Severity.INFO, capital(end))] if end else []
@@ -84,7 +98,7 @@ def _foretold(rule: Rule, entry: Entry, flags: Flags, done: Done) -> list[tuple[
 def tell_back(
     rule: Rule, entry: Entry, flags: Flags, now_us: int, done: Done
 ) -> tuple[Entry, list[tuple[Severity, str]]]:
-    """Say once that a cause is steadily gone, what the vessel does meanwhile, and which order goes on."""
+    """Say once that a cause is steadily gone, what the vessel does meanwhile, and what goes on: she by herself, or which order."""
     assert entry.gone_us is not None
     way, stands = WAYS.get(rule.row.clear), rule.row.stands
     if stands is not None and stands(flags):
@@ -98,6 +112,11 @@ def tell_back(
     instead, back = done.instead_of(action), capital(BACK[rule.row.name])
     if instead:
         return entry, [(Severity.INFO, f"{back} ({instead})")]
+    if done.shut_off and rule.row.name == done.name:
+        return entry, [(Severity.WARNING, SHUT_OFF.format(DOING[action]))]
+    if rule.row.name in done.left_us:
+        in_s = _seconds(done.left_us[rule.row.name])
+        return entry, [(Severity.INFO, f"{back}: {DOING[action]}: {DOING[Action.RETURN]} in {in_s} s")]
     clock = ""
     if rule.then_us is not None and not entry.escalated:
         clock = f"clock stopped at {entry.stood_us // 1_000_000} of {rule.then_us / 1e6:g} s, "

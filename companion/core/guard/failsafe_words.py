@@ -59,6 +59,9 @@ DOING: Final = {
 SHORT: Final = {**DOING, Action.NONE: "", Action.WARN: "warning", Action.TERMINATE: "terminated"}
 """The same in a panel's row."""
 
+SHUT_OFF: Final = "Fence across the way back: {}: order a go-to round it, or change the fence"
+"""Said of a return that waits before the fence; with what the vessel does meanwhile."""
+
 _ENDS: Final = {
     Clear.OPERATOR: ", then order {}",
     Clear.ACTED: ", then order {}",

@@ -19,7 +19,7 @@ _STICKS_COME_US: Final = 10_000_000
 
 
 def flags_of(controls: Controls, sensed: Sensed, course: Pursuit, guarded: Guarded, *, at_the_fence: bool) -> Flags:
-    """Return this tick's flags. ``at_the_fence``: it has stopped the vessel, and no order has come since."""
+    """Return this tick's flags. ``at_the_fence``: it has stopped the vessel, and no order has come since, or stops her now."""
     parts = controls.parts
     shut_off = at_the_fence and parts.mission.havens.is_shut_off(sensed.state)
     return Flags(

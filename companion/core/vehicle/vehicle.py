@@ -286,7 +286,9 @@ class Vehicle:
         """Let the failsafe judge, and change mode as it asks."""
         controls, config, now_us = self.controls, self.controls.config.failsafe, sensed.now_us
         memory = before.verdict.result.memory
-        flags = flags_of(controls, sensed, course, guarded, at_the_fence="fence_ahead" in memory.entries)
+        stops_a_return = guarded.fence.flags.fence_ahead and memory.action is Action.RETURN
+        at_the_fence = stops_a_return or "fence_ahead" in memory.entries
+        flags = flags_of(controls, sensed, course, guarded, at_the_fence=at_the_fence)
         result = failsafe.step(memory, flags, now_us, config)
         verdict = FailsafeVerdict(
             result, outlook(result.memory, flags, now_us, config, result.action) if result.memory.entries else ()
