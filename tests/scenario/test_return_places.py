@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 
 from companion.io.keeping.store import MemoryStore
 from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.requests import Arm, PlanItem, PlanKind, SetHomePosition, SetParameter, StartPlan
 from tests.soaked import in_the_soak
 from tests.world_station import Helm
@@ -219,6 +221,75 @@ def test_home_outside_the_fence_is_the_last_resort(voyage):
     assert trip.mode(Mode.RTL).reason == ""
     trip.run(1.0)
     assert told(trip, "Return to home, "), "as without a fence: there is nothing else"
+
+
+CRITICAL = ("monitors.battery_critical_v=11", "world.water.current_mps=0.2", "world.water.wind_mps=4")
+POLYGON_OUT, REPOSITION = 5002, 192
+
+
+def sent_out(hull, *options, to):
+    """A boat of some hull that keeps station out there, its battery sound."""
+    helm = Helm("ardurover", NO_DEPTH, f'vessel="{hull}"', "failsafe.gcs_then_s=10", *options)
+    helm.world.surroundings.plant.board.set_voltage(13.0)
+    assert helm.command(ARM, 1.0) == 0
+    lat, lon = helm.at(*to)
+    assert helm.command(REPOSITION, -1.0, 1.0, 0.0, math.nan, lat / 1e7, lon / 1e7) == 0
+    helm.run(100.0)
+    assert math.dist((helm.truth.north_m, helm.truth.east_m), to) < 5.0
+    return helm
+
+
+def forbid(helm, *areas):
+    rows = [(0, POLYGON_OUT, float(len(area)), 0, 0, 0, *helm.at(*corner), 0.0) for area in areas for corner in area]
+    assert helm.upload(rows, 1) == 0
+
+
+def box(south_m, north_m, west_m, east_m):
+    return [(south_m, west_m), (north_m, west_m), (north_m, east_m), (south_m, east_m)]
+
+
+def rally_at(helm, *places):
+    assert helm.upload([(3, RALLY, 0.0, 0.0, 0.0, 0.0, *helm.at(*place), 0.0) for place in places], 2) == 0
+
+
+@pytest.mark.parametrize(
+    ("hull", "what"),
+    [("otter", "battery"), ("wamv", "station"), *in_the_soak(("blueboat", "station"), ("wamv", "battery"))],
+)
+def test_a_place_behind_an_island_is_passed_over_while_another_lies_open(hull, what):
+    """She lay before the island for good, until "Battery empty: STOP", and home was open all the while."""
+    helm = sent_out(hull, *CRITICAL, to=(80.0, 0.0))
+    forbid(helm, box(50.0, 75.0, 15.0, 30.0))
+    rally_at(helm, (60.0, 45.0))
+    helm.gcs.clear()
+    if what == "battery":
+        helm.world.surroundings.plant.board.set_voltage(10.5)
+    else:
+        helm.present = False
+    helm.run(200.0)
+    assert math.hypot(helm.truth.north_m, helm.truth.east_m) < 5.0
+    said = helm.texts().replace("\n", "")
+    assert said.count("Return to ") == 1
+    assert re.search(r"Return to home, \d+ m: the fence is across the way to rally point 1, \d+ m", said)
+
+
+def test_a_boat_that_is_held_before_the_fence_goes_where_a_way_opens():
+    """Nothing but the nearest place was ever looked at."""
+    helm = sent_out("otter", *CRITICAL, to=(80.0, 0.0))
+    forbid(helm, box(30.0, 50.0, -15.0, 15.0))
+    helm.present = False
+    helm.run(90.0)
+    assert helm.truth.north_m > 50.0, "home lies behind the island: she waits"
+    assert "Fence ahead: HOLD" in helm.texts() or "(holding: fence ahead)" in helm.texts()
+    helm.world.app.vehicle.controls.load_rally((rad(helm, 80.0, -120.0),))
+    helm.run(200.0)
+    assert math.dist((helm.truth.north_m, helm.truth.east_m), (80.0, -120.0)) < 5.0
+    said = helm.texts().replace("\n", "")
+    assert re.search(r"Return to rally point 1, \d+ m: the fence is across the way to home, \d+ m", said)
+
+
+def rad(helm, north_m, east_m):
+    return LatLon(helm.world.surroundings.plant.frame.to_geodetic(north_m, east_m))
 
 
 def test_a_home_far_away_is_told_when_it_is_set_and_at_arming(voyage):

@@ -2,28 +2,32 @@
 
 Rally points lie in the store and outlive the voyage. One of another water is not sailed to by mistake, and one before which the fence
 would stop the vessel is no place to come back to: outside it, or so near its edge that she cannot stop before it. They are passed over,
-and told when rally points or a fence are loaded and when the vessel is armed. Home is the last resort, however it lies. Distances are
-from where the vessel is.
+and told when rally points or a fence are loaded and when the vessel is armed. Home is the last resort, however it lies. A place whose
+straight way leads across the fence is passed over while another lies open: she would wait before the fence for good. Distances are from
+where the vessel is.
 Source: ArduPilot's AP_Rally (RALLY_LIMIT_KM; home is a choice as in Rover's RALLY_INCL_HOME = 1).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 from mavlink_bridge.language.geodesy import inverse
 from mavlink_bridge.language.messages import EstimatedState, Severity
 from mavlink_bridge.language.points import LatLon
 
+from ..guard.failsafe_words import capital
 from ..guard.fence import Fence
 from .plan_fence import SETTLE_US
 from .plan_reach import MissionConfig, shown
 
 HOME: Final = "home"
+_RALLY: Final = "rally point"
 THERE_M: Final = 2.0
 """Nearer than this the vessel is there, as at a waypoint by default: no way is left that is worth a text or that a fence could stop."""
+_ACROSS: Final = ": the fence is across the way"
 _ASKED_EVERY_US: Final = 500_000
 """A vessel that the fence has stopped makes no way; rally points and corners by the hundred take a part of a tick."""
 
@@ -36,8 +40,13 @@ class Haven:
     """As a person calls it; rally points are counted from 1, as on a map."""
     point: LatLon
     away_m: float
-    objection: str = ""
-    """Why Return does not lead there; empty = it may."""
+    remark: str = ""
+    """What the fence shuts off: a nearer place, or the way to this one; in words."""
+
+    @property
+    def told(self) -> str:
+        """Where it is, and why no nearer place is returned to."""
+        return f"{self.words}{self.remark}"
 
     @property
     def words(self) -> str:
@@ -59,27 +68,47 @@ class Havens:
         self._key: object = None
         self._tell_us: int | None = None
         self._told = ""
+        self._kept: tuple[object, LatLon] | None = None
+        """Where the return leads that is under way or waits, and what it was chosen from."""
         self._shut_off: tuple[object, bool] = None, False
         """What ``is_shut_off`` was last asked of, and the answer."""
 
     def nearest(self, state: EstimatedState, speed_mps: float | None = None) -> Haven | None:
-        """Return where Return leads from here at a speed (None: the usual one); None without a position, or without a place."""
+        """Return where Return leads from here at a speed (None: the usual one); None without a position, or without a place.
+
+        The nearest to which the way is open; where none is, the nearest.
+        """
         here = _here(state)
+        shut: Haven | None = None
         if here is None:
             return None
-        places = [place for place in self._rally_points(state, here, speed_mps) if not place.objection]
-        home = self.home
-        if home is not None and (not places or self._outside_m(state, home) is None):
-            places.append(Haven(HOME, home, inverse(*here, *home)[0]))
-        return min(places, key=lambda place: place.away_m, default=None)
+        for place in self._in_turn(state, here):
+            nearer = shut if shut is not None and shut.away_m < place.away_m else None
+            is_across = self._is_across(state, place)
+            if (is_across and nearer is not None) or self._objection(state, place, speed_mps):
+                continue
+            if not is_across:
+                return place if nearer is None else replace(place, remark=f"{_ACROSS} to {nearer.words}")
+            shut = place
+        last = shut or self._home_from(here)
+        return replace(last, remark=_ACROSS) if last is not None and self._is_across(state, last) else last
+
+    def choose(self, state: EstimatedState, speed_mps: float | None = None) -> Haven | None:
+        """The same for a return that begins: it keeps to its place while the way there is open, until ``begin_anew``."""
+        place = self.nearest(state, speed_mps)
+        self._kept = None if place is None else (self.key, place.point)
+        return place
+
+    def begin_anew(self) -> None:
+        """Somebody has given an order: the next return takes what is nearest then."""
+        self._kept = None
 
     def is_shut_off(self, state: EstimatedState) -> bool:
-        """Whether the straight way to where Return leads goes across the fence."""
+        """Whether the straight way to where Return leads goes across the fence: there, and to every other place."""
         key = (state.t_us // _ASKED_EVERY_US, self.key)
         if key != self._shut_off[0]:
             place = self.nearest(state)
-            is_shut = place is not None and self._fence is not None and self._fence.crosses(state, place.point)
-            self._shut_off = key, is_shut
+            self._shut_off = key, place is not None and self._is_across(state, place)
         return self._shut_off[1]
 
     def step(self, now_us: int, state: EstimatedState) -> tuple[Severity, str] | None:
@@ -122,32 +151,50 @@ class Havens:
     def _limit_m(self) -> float | None:
         return self.config.rally_limit_km * 1000.0 or None
 
+    def _in_turn(self, state: EstimatedState, here: LatLon) -> list[Haven]:
+        """In which turn places are looked at: the nearest first, but before all the one that is kept.
+
+        So a vessel between two of them does not go to and fro.
+        """
+        places, home = self._rally_points(here), self._home_from(here)
+        if home is not None and self._outside_m(state, home.point) is None:
+            places.append(home)
+        kept = None if self._kept is None or self._kept[0] != self.key else self._kept[1]
+        return sorted(places, key=lambda place: (place.point != kept, place.away_m))
+
+    def _is_across(self, state: EstimatedState, place: Haven) -> bool:
+        """Whether the fence is across the straight way to a place."""
+        return self._fence is not None and self._fence.crosses(state, place.point)
+
     def _passed_over(self, state: EstimatedState) -> str:
         here = _here(state)
-        found = [place for place in self._rally_points(state, here) if place.objection] if here is not None else []
+        places = [] if here is None else self._rally_points(here)
+        found = [(place.name, why) for place in places if (why := self._objection(state, place, None))]
         if not found:
             return ""
-        who = f"{found[0].name} is" if len(found) == 1 else f"{found[0].name} and {len(found) - 1} more are"
-        return f"{who[0].upper()}{who[1:]} not returned to: {found[0].objection}"
+        (name, why), others = found[0], len(found) - 1
+        return f"{capital(name)} {f'and {others} more are' if others else 'is'} not returned to: {why}"
 
-    def _rally_points(self, state: EstimatedState, here: LatLon, speed_mps: float | None = None) -> list[Haven]:
-        found = []
-        for number, point in enumerate(self.rally, 1):
-            away_m = inverse(*here, *point)[0]
-            found.append(
-                Haven(f"rally point {number}", point, away_m, self._objection(state, point, away_m, speed_mps))
-            )
-        return found
+    def _home_from(self, here: LatLon) -> Haven | None:
+        return None if self.home is None else Haven(HOME, self.home, inverse(*here, *self.home)[0])
 
-    def _objection(self, state: EstimatedState, point: LatLon, away_m: float, speed_mps: float | None) -> str:
-        if self._limit_m is not None and away_m > self._limit_m:
-            return f"{shown(away_m)} away, limit {shown(self._limit_m)} (RALLY_LIMIT_KM)"
-        outside_m = self._outside_m(state, point)
+    def _rally_points(self, here: LatLon) -> list[Haven]:
+        return [
+            Haven(f"{_RALLY} {number}", point, inverse(*here, *point)[0]) for number, point in enumerate(self.rally, 1)
+        ]
+
+    def _objection(self, state: EstimatedState, place: Haven, speed_mps: float | None) -> str:
+        """Why Return does not lead to a rally point; "" = it may, as to home always."""
+        if place.name == HOME:
+            return ""
+        if self._limit_m is not None and place.away_m > self._limit_m:
+            return f"{shown(place.away_m)} away, limit {shown(self._limit_m)} (RALLY_LIMIT_KM)"
+        outside_m = self._outside_m(state, place.point)
         if outside_m is not None:
             return f"{max(outside_m, 1.0):.0f} m outside the fence"
-        if self._fence is None or away_m < THERE_M:
+        if self._fence is None or place.away_m < THERE_M:
             return ""
-        short_m = self._fence.short_m(state, point, *self.coming_in(speed_mps))
+        short_m = self._fence.short_m(state, place.point, *self.coming_in(speed_mps))
         return "" if short_m is None else f"{max(short_m, 1.0):.0f} m too near the fence to stop there"
 
     def _outside_m(self, state: EstimatedState, point: LatLon) -> float | None:

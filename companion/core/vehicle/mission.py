@@ -299,7 +299,7 @@ class Mission:
             haven = self.havens.nearest(state, self.speed_mps)
             if haven is not None:
                 if haven.point != self._returned_to or not (self._stay_us or haven.away_m < THERE_M):
-                    self._texts.append((Severity.NOTICE, f"item {item.seq}: return to {haven.words}"))
+                    self._texts.append((Severity.NOTICE, f"item {item.seq}: return to {haven.told}"))
                 self._returned_to = haven.point
                 return Goto(item.seq, *haven.point)
         return None

@@ -354,12 +354,12 @@ class Navigator:
         """Choose where to; a place to which the vessel is under way already is neither told nor begun again."""
         havens, old = self.mission.havens, None if self._leg is None else self._leg.maneuver
         self._returns_by = havens.key
-        haven = havens.nearest(state, self.speed_mps)
+        haven = havens.choose(state, self.speed_mps)
         if haven is None:
             self._texts.append((Severity.WARNING, _NOWHERE))
             self._leg, self._hold = None, _here(state)
         elif old is None or haven.point != (old.lat_rad, old.lon_rad):
-            self._texts.append((Severity.NOTICE, f"Return to {haven.words}"))
+            self._texts.append((Severity.NOTICE, f"Return to {haven.told}"))
             self._sail(Goto(-1, *haven.point, leg_from_here=True))
 
     def _look_where_to(self, state: EstimatedState) -> None:

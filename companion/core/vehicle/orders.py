@@ -89,6 +89,8 @@ class Orders:
             refusal = motion_refusal(controls, now_us, order)
         if refusal:
             return Reply(Result.REJECTED_NOW, refusal)
+        if order is not None:
+            controls.parts.mission.havens.begin_anew()
         reply = method(self, body, station, now_us)
         if reply.result is Result.ACCEPTED:
             controls.parts.operators.obeyed(body, station, now_us, manual=by_hand)
@@ -112,6 +114,7 @@ class Orders:
             why = "; ".join(reasons)
             return Reply(Result.REJECTED_NOW, why if "by force" in why else why + mend)
         if not controls.armed:
+            controls.parts.mission.havens.begin_anew()
             controls.voice.say_all(self._left.at_arming(controls.parts, controls.state, station))
         controls.arm(now_us)
         return ACCEPTED
