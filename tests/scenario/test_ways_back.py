@@ -13,14 +13,18 @@ import re
 
 import pytest
 
+from companion.core.vehicle.voyage import LANDED_M, Voyage
 from companion.io.keeping import MemoryStore
 from companion.io.keeping.content import Completion, Record, StoreContent
+from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.requests import (
     Arm,
     EnableFence,
     Reposition,
     Result,
+    SetHomePosition,
     SetMode,
     SetParameter,
     UnlockGuard,
@@ -184,6 +188,87 @@ def test_a_voyage_goes_on_where_the_computer_starts_again_and_return_leads_to_it
     again.ask(Arm(arm=False))
     fresh = voyage("depth.enabled=false", "operator.gcs_required=true", store=MemoryStore())
     assert "no ground station heard" in fresh.ask(Arm(arm=True)).reason
+
+
+@pytest.mark.parametrize("starts_again", [False, True], ids=["one process", "computer starts again"])
+def test_home_stays_where_the_voyage_began_when_an_operator_arms_again_at_sea(voyage, starts_again):
+    """Home was moved to the open sea without a word, and a lost station left her there: "Return to home, 0 m"."""
+    store = MemoryStore()
+    trip = voyage("depth.enabled=false", store=store)
+    pier = trip.world.surroundings.plant.frame.to_geodetic(trip.truth.north_m, trip.truth.east_m)
+    trip.sail(2.5, (120.0, 0.0), after_s=40.0)
+    if starts_again:
+        lat, lon = trip.world.surroundings.plant.frame.to_geodetic(trip.truth.north_m, trip.truth.east_m)
+        place = [f"world.latitude_deg={math.degrees(lat):.8f}", f"world.longitude_deg={math.degrees(lon):.8f}"]
+        trip = voyage("depth.enabled=false", *place, store=store)
+        assert trip.ask(Arm(arm=True)).reason == ""
+    trip.mode(Mode.HOLD)
+    for arm in (False, True):
+        trip.texts.clear()
+        assert trip.ask(Arm(arm=arm)).reason == ""
+        trip.run(1.0)
+    assert math.dist(trip.world.app.vehicle.parts.mission.home, pier) < 1e-6
+    where = f"{math.degrees(pier[0]):.5f} {math.degrees(pier[1]):.5f}"
+    told = [text for text in trip.texts if "home stays" in text]
+    assert len(told) == 1
+    assert re.fullmatch(rf"home stays \d+ m away, at {where}; Set Home moves it", told[0])
+    assert trip.mode(Mode.RTL).reason == ""
+    trip.run(90.0)
+    assert Operator(trip, pier).away_m() < 5.0
+
+
+def test_who_means_the_place_at_sea_sets_home_there(voyage):
+    trip = voyage("depth.enabled=false")
+    trip.sail(2.5, (120.0, 0.0), after_s=40.0)
+    here = trip.world.surroundings.plant.frame.to_geodetic(trip.truth.north_m, trip.truth.east_m)
+    assert trip.ask(SetHomePosition(None, None)).reason == ""
+    trip.mode(Mode.HOLD)
+    for arm in (False, True):
+        assert trip.ask(Arm(arm=arm)).reason == ""
+    assert math.dist(trip.world.app.vehicle.parts.mission.home, here) < 1e-6
+
+
+def test_a_voyage_that_ends_ashore_leaves_home_where_the_next_one_begins(voyage):
+    """Disarmed by the pier, carried along it, and armed again: that is the next voyage."""
+    trip = voyage("depth.enabled=false")
+    trip.sail(2.5, (40.0, 0.0), after_s=30.0)
+    assert 20.0 < trip.distance_m < LANDED_M
+    here = trip.world.surroundings.plant.frame.to_geodetic(trip.truth.north_m, trip.truth.east_m)
+    trip.mode(Mode.HOLD)
+    trip.texts.clear()
+    for arm in (False, True):
+        assert trip.ask(Arm(arm=arm)).reason == ""
+    assert Operator(trip, trip.world.app.vehicle.parts.mission.home).away_m() < 5.0
+    assert math.dist(trip.world.app.vehicle.parts.mission.home, here) < 1e-6
+    assert not [text for text in trip.texts if "home stays" in text]
+
+
+@pytest.mark.parametrize(
+    ("north_m", "after_s", "stays"),
+    [
+        (200.0, 60.0, True),
+        (30.0, 60.0, False),
+        (200.0, 1790.0, True),
+        (200.0, 1810.0, False),
+        (4_000.0, 1200.0, True),
+        (9_000.0, 1200.0, False),
+    ],
+    ids=["at sea", "by the pier", "long after", "on a trailer", "adrift", "another water by car"],
+)
+def test_home_stays_as_long_as_the_voyage_lasts(north_m, after_s, stays):
+    """An operator has disarmed her 200 m off; where and when she is armed again."""
+    pier = LatLon((0.7, -0.1))
+    away, end_us = at_north(pier, 200.0), round(after_s * 1e6)
+    going = Voyage()
+    assert not going.keeps_home(0, pier, pier)
+    going.armed(0, pier)
+    going.disarmed(0, away, by_operator=True)
+    assert going.keeps_home(end_us, at_north(pier, north_m), pier) is stays
+    assert not going.keeps_home(end_us, None, pier)
+
+
+def at_north(place, north_m):
+    return LatLon(LocalFrame(*place).to_geodetic(north_m, 0.0))
 
 
 def test_a_boat_that_was_carried_away_does_not_go_on_with_its_last_voyage(voyage):

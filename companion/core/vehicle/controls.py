@@ -34,6 +34,7 @@ from ..hull.statics import top_speed_mps
 from ..hull.stopping import Braking
 from ..steer.law import backs_and_fills, lowered_text, steady_speed_mps, turn_rate_radps
 from .config import TickInputs, VehicleConfig
+from .haven import degrees
 from .operators import StickOwner
 from .parts import Parts
 from .ticked import before_the_first
@@ -161,13 +162,14 @@ class Controls:
             self.parts.controller.reset(self.state)
             self.parts.navigator.await_sticks(now_us)
             self.parts.navigator.forget_hold()  # where it was disarmed, or switched on, may be far away by now
-            if not self.voyage.keeps_home:
+            home_stays = self.voyage.keeps_home(now_us, self.here, self.parts.mission.home)
+            if not home_stays:
                 self.set_home_here()
             if self.parts.navigator.mode is Mode.AUTO:
                 self.look_at_reach()
             else:
                 self.parts.mission.leave()
-            self.voice.say_all(self.parts.mission.havens.at_arming(self.state))
+            self.voice.say_all(self.parts.mission.havens.at_arming(self.state, home_stays=home_stays))
         self.voyage.armed(now_us, self.here)
         self.armed, self.decided = True, replace(self.decided, armed=True)
 
@@ -177,14 +179,14 @@ class Controls:
         if home is None:
             return
         self.parts.mission.home, self._home_by_operator = home, by_operator
-        where = f"{math.degrees(home[0]):.5f} {math.degrees(home[1]):.5f}"
-        self.voice.say(Severity.NOTICE, f"the voyage goes on: home is at {where}; arm, then Return leads there")
+        text = f"the voyage goes on: home is at {degrees(home)}; arm, then Return leads there"
+        self.voice.say(Severity.NOTICE, text)
 
     def look_where_started(self) -> None:
         """The place is known for the first time: a voyage that went on far from here was ended on a trailer."""
         self.started_at = here = self.here
         home = self.parts.mission.home
-        if here is None or home is None or not self.voyage.keeps_home:
+        if here is None or home is None or not self.voyage.is_broken:
             return
         away_m = inverse(*home, *here)[0]
         if away_m > RESUMED_M:

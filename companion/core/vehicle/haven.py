@@ -10,6 +10,7 @@ Source: ArduPilot's AP_Rally (RALLY_LIMIT_KM; home is a choice as in Rover's RAL
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -22,6 +23,7 @@ from ..guard.failsafe_words import capital
 from ..guard.fence import Fence
 from .plan_fence import SETTLE_US
 from .plan_reach import MissionConfig, shown
+from .voyage import LANDED_M
 
 HOME: Final = "home"
 _RALLY: Final = "rally point"
@@ -126,10 +128,17 @@ class Havens:
         self._told = text = self._passed_over(state)
         return (Severity.WARNING, text) if text and text != told else None
 
-    def at_arming(self, state: EstimatedState) -> Sequence[tuple[Severity, str]]:
-        """What somebody who arms must know of the way back."""
-        texts = [self._passed_over(state), self.far(state)]
+    def at_arming(self, state: EstimatedState, *, home_stays: bool) -> Sequence[tuple[Severity, str]]:
+        """What somebody who arms must know of the way back. ``home_stays``: it is no other place by this arming."""
+        texts = [self._passed_over(state), self.far(state), self._stays(state) if home_stays else ""]
         return [(Severity.WARNING, text) for text in texts if text]
+
+    def _stays(self, state: EstimatedState) -> str:
+        here = _here(state)
+        home = None if here is None else self._home_from(here)
+        if home is None or home.away_m <= LANDED_M:
+            return ""
+        return f"home stays {shown(home.away_m)} away, at {degrees(home.point)}; Set Home moves it"
 
     def far(self, state: EstimatedState) -> str:
         """Say where Return leads when that is farther than a rally point may be; "" = it is not, or nobody set a limit."""
@@ -201,6 +210,11 @@ class Havens:
         """How far outside the fence that acts a place lies; None = inside, or no fence."""
         room_m = None if self._fence is None else self._fence.room_m(state, point)
         return None if room_m is None or room_m >= 0.0 else -room_m
+
+
+def degrees(place: LatLon) -> str:
+    """A place as on a chart."""
+    return f"{math.degrees(place[0]):.5f} {math.degrees(place[1]):.5f}"
 
 
 def _here(state: EstimatedState) -> LatLon | None:

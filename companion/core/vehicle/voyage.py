@@ -1,7 +1,8 @@
 """The voyage: that one has begun, and where. A new check refuses a departure, never a way back, so somebody must know which it is.
 
 It begins with arming, and ends when an operator disarms at the place where it began, or half an hour after he did so elsewhere. What
-else disarms (a failsafe, a board or a computer that starts again) does not end it, and then home stays where it was.
+else disarms (a failsafe, a board or a computer that starts again) does not end it. While it lasts arming again does not move home to
+the open sea.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ from mavlink_bridge.language.points import LatLon
 LANDED_M: Final = 50.0
 """So near to where it began, a vessel that is disarmed has come back: a pier, and the error of a receiver without corrections."""
 RESUMED_M: Final = 5_000.0
-"""A computer that starts again farther from home than the longest leg of a plan does not go on with the voyage: it was carried."""
+"""A computer that starts again farther from home than the longest leg of a plan does not go on with the voyage: it was carried.
+So was a vessel that is armed so far from where an operator disarmed her: no current sets her so far in ``OPEN_US``."""
 OPEN_US: Final = 30 * 60 * 1_000_000
 """So long after an operator's disarm elsewhere the next arming is still no departure; then the boat may lie on a trailer."""
 
@@ -31,15 +33,26 @@ class Voyage:
         self._broken = False
         """What disarmed the vessel, or ended the process before, was no operator."""
         self._left_us: int | None = None
+        self._left_at: LatLon | None = None
+        """Where an operator disarmed."""
 
     def has_begun(self, now_us: int) -> bool:
         """Whether the vessel is on its way, so that arming it is no departure."""
         return self._begun and (self._left_us is None or now_us - self._left_us < OPEN_US)
 
     @property
-    def keeps_home(self) -> bool:
-        """Whether arming must not make home of the place where the vessel happens to be."""
+    def is_broken(self) -> bool:
+        """Whether no operator has disarmed the vessel, or ended the process, under way."""
         return self._broken
+
+    def keeps_home(self, now_us: int, here: LatLon | None, home: LatLon | None) -> bool:
+        """Whether arming must not make home of the place where the vessel happens to be."""
+        if self._broken:
+            return True
+        if not self.has_begun(now_us) or here is None or home is None:
+            return False
+        was_carried = self._left_at is not None and inverse(*self._left_at, *here)[0] > RESUMED_M
+        return not was_carried and inverse(*home, *here)[0] > LANDED_M
 
     @property
     def lasting(self) -> tuple[LatLon | None] | None:
@@ -49,7 +62,7 @@ class Voyage:
     def armed(self, now_us: int, here: LatLon | None) -> None:
         if not self.has_begun(now_us):
             self.place = here
-        self._begun, self._broken, self._left_us = True, False, None
+        self._begun, self._broken, self._left_us, self._left_at = True, False, None, None
         self.has_sailed = True
 
     def disarmed(self, now_us: int, here: LatLon | None, *, by_operator: bool) -> None:
@@ -59,7 +72,7 @@ class Voyage:
         self._broken = False
         away_m = None if here is None or self.place is None else inverse(*self.place, *here)[0]
         self._begun = self._begun and away_m is not None and away_m > LANDED_M
-        self._left_us = now_us if self._begun else None
+        self._left_us, self._left_at = (now_us, here) if self._begun else (None, None)
 
     def resume(self, place: LatLon | None) -> None:
         """The process before this one ended under way."""
