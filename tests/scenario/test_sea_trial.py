@@ -8,6 +8,7 @@ from companion.tuning.fitted import vessel_toml
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import Arm, SetMode
 from mavlink_bridge.language.trials import SeaTrial, TrialOrder
+from tests.world_station import Helm
 from tools.benches.cells.foreign_hulls import launch
 from tools.benches.cells.trial_cells import wrong
 
@@ -160,6 +161,66 @@ def test_a_dead_thruster_leaves_the_vessel_inside(voyage, seed):
         run.step()
         furthest_m = max(furthest_m, away_m(run, start))
     assert furthest_m < 80.0
+
+
+def lost_station(helm):
+    helm.present = False
+
+
+def battery(helm):
+    helm.world.surroundings.plant.board.set_voltage(10.5)
+
+
+def board(helm):
+    helm.world.surroundings.plant.board.reset(helm.world.now_us)
+
+
+def fence(helm):
+    here = helm.at(helm.truth.north_m, helm.truth.east_m)
+    assert helm.upload([(0, 5003, 6.0, 0.0, 0.0, 0.0, *here, 0.0)], 1) == 0
+
+
+def disarm(helm):
+    assert helm.command(400, 0.0) == 0
+
+
+def hold(helm):
+    assert helm.command(176, 1.0, 4.0) == 0
+
+
+@pytest.mark.parametrize(
+    ("happens", "author", "planned"),
+    [
+        (lost_station, "ground station lost", True),
+        (battery, "battery critical", False),
+        (board, "disarmed (actuator board restarted", True),
+        (fence, "fence ahead", False),
+        (disarm, "disarmed (by the operator)", True),
+        (hold, "Hold ordered", False),
+    ],
+)
+def test_who_ended_a_trial_is_told_and_that_no_order_goes_on(happens, author, planned):
+    """Told "Hold ordered" or "Return ordered" where nobody had, and to "order Guided to go on": a trial never goes on."""
+    helm = Helm("ardurover", "depth.enabled=false", "monitors.battery_critical_v=11")
+    helm.world.surroundings.plant.board.set_voltage(13.0)
+    if planned:
+        assert helm.upload([(3, 16, 0.0, 0.0, 0.0, math.nan, *helm.at(60.0, 0.0), 0.0)]) == 0
+    helm.command(176, 1.0, 4.0)
+    assert helm.command(400, 1.0) == 0
+    assert helm.command(31012, 1.0, 60.0, 1.0) == 0
+    assert helm.command(31012, 2.0) == 0
+    helm.until(lambda: helm.world.snapshot.state.sog_mps > 0.8, 60.0)
+    helm.gcs.clear()
+    told = []
+    happens(helm)
+    for _ in range(500):
+        told += [text.text for text in helm.world.snapshot.texts]
+        helm.step()
+    said = helm.texts().replace("\n", "")
+    assert f"Trial ended: {author}" in said
+    assert said.count("Trial ended: ") == 1
+    assert not [text for text in told if "order Guided" in text or "order Auto" in text]
+    assert happens in (board, disarm, hold) or [text for text in told if "then order Hold" in text]
 
 
 def test_a_second_start_does_not_end_the_first(voyage):

@@ -85,7 +85,7 @@ class Controls:
         self.returns_by_order = False
         """The return under way, if there is one, was an operator's order."""
         self.interrupted: Mode | None = None
-        """What the vessel was doing when a failsafe or the guard broke it off, until an operator's next order."""
+        """What the vessel was doing when a failsafe or the guard broke it off, until an operator's next order; Hold: a sea trial."""
         self._sticks = StickOwner()
         self._soundings: list[Distance] = []
         self._shares = WHOLE
@@ -116,9 +116,10 @@ class Controls:
 
     @property
     def goes_on_with(self) -> str:
-        """The mode that an order would go on with: the one broken off, or the one in force; "" = none. Auto is refused without a plan."""
-        mode = self.interrupted or self.parts.navigator.mode
-        if mode in (Mode.HOLD, Mode.MANUAL, Mode.AUTO) and not self.parts.mission.total:
+        """The mode that an order would go on with: the one broken off, or in force; "" = none. Hold: no plan for Auto, or a sea trial."""
+        mode, on_trial = self.interrupted or self.parts.navigator.mode, self.parts.navigator.trial is not None
+        rests = mode in (Mode.HOLD, Mode.MANUAL, Mode.AUTO) and not self.parts.mission.total
+        if on_trial or self.interrupted is Mode.HOLD or rests:
             return Mode.HOLD.value
         return "" if mode in (Mode.HOLD, Mode.MANUAL) else mode.value
 
@@ -231,16 +232,17 @@ class Controls:
         if abort:
             self.decided = replace(self.decided, aborted=True)
         if self.parts.navigator.mode is not Mode.MANUAL:
-            self.break_off()
+            self.break_off(f"disarmed ({why})")
 
-    def break_off(self, into: Mode = Mode.HOLD) -> None:
-        """Change mode without an order: to hold, or to another mode, and to hold where that is refused."""
-        before = self.parts.navigator.mode
-        if before is not Mode.HOLD:
-            self.interrupted = before
+    def break_off(self, why: str, into: Mode = Mode.HOLD) -> None:
+        """Change mode without an order, ``why`` in words: to hold, or to another mode, and to hold where that is refused."""
+        navigator = self.parts.navigator
+        if navigator.mode is not Mode.HOLD:
+            self.interrupted = navigator.mode if navigator.trial is None else Mode.HOLD
         self.returns_by_order = False
-        if self.parts.navigator.enter(into, self.state) and into is not Mode.HOLD:
-            self.parts.navigator.enter(Mode.HOLD, self.state)
+        navigator.end_trial(why)
+        if navigator.enter(into, self.state) and into is not Mode.HOLD:
+            navigator.enter(Mode.HOLD, self.state)
 
     def terminate(self, why: str) -> None:
         self.voice.say(Severity.EMERGENCY, why)

@@ -89,7 +89,8 @@ class Navigator:
         self._sticks_us = self.awaited_us = 0
         self._speed_mps: float | None = None
         self._texts: list[tuple[Severity, str]] = []
-        self._trial: Trial | None = None
+        self.trial: Trial | None = None
+        """The one under way, or over and still keeping the vessel about its middle."""
         self._middle: Leg | None = None
         self.stopping_m: Callable[[float], float] = abs
         """Way from a speed to rest, m; the vehicle knows a better one."""
@@ -207,45 +208,45 @@ class Navigator:
             self._generation -= 1
             self._middle = Leg(self._generation, Loiter(-1, *_here(state), figure=Hover()), None, None, self.speed_mps)
             config = TrialConfig(radius_m=request.radius_m, quick=request.quick, turn_s=turn_s)
-            self._trial = Trial(config, state, area, turns_at_rest=self.turns_at_rest, turns_away=self.turns_away)
+            self.trial = Trial(config, state, area, turns_at_rest=self.turns_at_rest, turns_away=self.turns_away)
         return refusal
 
     @property
     def on_trial(self) -> bool:
         """Whether a sea trial is under way."""
-        return self._trial is not None and self._trial.told is TrialStanding.RUNNING
+        return self.trial is not None and self.trial.told is TrialStanding.RUNNING
 
     def confirm_trial(self) -> str:
         """A person allows the whole throttle. Return a refusal or an empty string."""
-        if self._trial is None or self._trial.told is not TrialStanding.RUNNING:
+        if self.trial is None or self.trial.told is not TrialStanding.RUNNING:
             return NO_TRIAL
-        self._trial.confirm()
+        self.trial.confirm()
         return ""
 
     def stop_trial(self) -> str:
         """A person ends a sea trial, or what keeps the vessel about the middle after one. Return a refusal or an empty string."""
-        if self._trial is None:
+        if self.trial is None:
             return NO_TRIAL
         self.end_trial("ordered")
         return ""
 
     def tell_trial(self) -> str:
         """Say how a sea trial stands. Return a refusal or an empty string."""
-        if self._trial is None:
+        if self.trial is None:
             return NO_TRIAL
-        self._texts.append((Severity.NOTICE, self._trial.standing))
+        self._texts.append((Severity.NOTICE, self.trial.standing))
         return ""
 
     def abandon_trial(self, why: str) -> None:
         """End a sea trial that is under way, for good, without an order: the vessel stays about its middle."""
-        if self._trial is not None:
-            self._trial.abandon(why)
+        if self.trial is not None:
+            self.trial.abandon(why)
 
     def end_trial(self, why: str) -> None:
         """End a sea trial that is under way, for good; the vessel keeps station, or does what was ordered."""
-        if self._trial is not None:
-            self._texts += [(Severity.NOTICE, text) for text in self._trial.end(why)]
-            self._trial, self._hold = None, None
+        if self.trial is not None:
+            self._texts += [(Severity.NOTICE, text) for text in self.trial.end(why)]
+            self.trial, self._hold = None, None
 
     def _measure(self, now_us: int, state: EstimatedState, trial: Trial) -> Measured | Leg:
         """A manoeuvre's sticks, or the leg that leads to the middle between two and keeps the vessel there afterwards."""
@@ -314,8 +315,8 @@ class Navigator:
                 return self._station(state)
             self._hold = None  # where an earlier plan ended
             return leg
-        if self._trial is not None:
-            return self._measure(now_us, state, self._trial)
+        if self.trial is not None:
+            return self._measure(now_us, state, self.trial)
         if self._steer is not None and mode is _GUIDED:
             return self._steer
         if mode is _RTL:

@@ -23,6 +23,7 @@ from mavlink_bridge.language.value import value
 from ..guard.board_watch import BoardReport
 from ..guard.depth.guard import GuardOutput
 from ..guard.failsafe import FailsafeMemory, FailsafeResult
+from ..guard.failsafe_words import SHORT
 from ..guard.fence import FenceOutput
 from ..guard.monitors import MonitorFlags
 from ..guide import GuidanceOutput
@@ -84,6 +85,12 @@ class FailsafeVerdict:
 
     result: FailsafeResult
     outlook: tuple[Outlook, ...] = ()
+
+    @property
+    def author(self) -> str:
+        """The condition that asks for what is done, in words."""
+        done = SHORT[self.result.action]
+        return next((each.cause for each in self.outlook if each.doing == done), "failsafe")
 
 
 @value

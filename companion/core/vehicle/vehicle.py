@@ -256,7 +256,7 @@ class Vehicle:
         )
         controls.voice.say_all(depth.texts)
         if depth.abort and parts.navigator.mode is not Mode.MANUAL:
-            controls.break_off()
+            controls.break_off("depth guard")
         run_m = controls.stopping_distance_m(state.sog_mps or 0.0) if parts.fence.enabled else 0.0
         is_steered = controls.armed and before.verdict.result.action < Action.HOLD
         ahead_m = _straight_m(course) if is_steered else None
@@ -311,10 +311,10 @@ class Vehicle:
         if by_hand or (mode is Mode.MANUAL and action is not Action.RETURN):
             return
         if action in (Action.HOLD, Action.STOP) and mode is not Mode.HOLD:
-            controls.break_off()
+            controls.break_off(verdict.author)
         elif action is Action.RETURN and before is not Action.RETURN and mode is not Mode.RTL:
             # Once only: a vessel that has come home holds there.
-            controls.break_off(Mode.RTL)
+            controls.break_off(verdict.author, Mode.RTL)
 
     def _decide(self, sensed: Sensed, course: Pursuit, demand: Demand, verdict: FailsafeVerdict) -> ActuatorOutput:
         """Ask the gate."""
