@@ -47,7 +47,7 @@ def test_a_chain_of_events_is_played(capsys):
 
 def test_ages_can_be_set_and_taken_back():
     lines = explain.play(["0:armed,gcs_required,gcs_age_s=5", "1:gcs_age_s=0,operator_arm"], FailsafeConfig(), 1.0)
-    assert lines[-1] == "   1.00 s  => NONE (all well)"
+    assert lines[-1] == "   1.00 s  => WARN (gcs_degraded)"
     assert explain.play(["0:armed,manual_age_s=9", "1:manual_age_s"], FailsafeConfig(), 1.0)[-1].endswith("(all well)")
 
 

@@ -228,7 +228,8 @@ def test_row_36_the_last_ground_station_lost():
         "Ground station lost: RETURN",
     ]
     assert run.step(WELL) is Action.RETURN, "the return goes on until an operator speaks"
-    assert run.step(changed(WELL, operator_order=Order.GUIDED)) is Action.NONE
+    assert run.step(changed(WELL, operator_order=Order.GUIDED)) is Action.WARN
+    assert run.step(WELL, 30.0) is Action.NONE
 
 
 def test_ground_loss_counts_from_the_first_requirement_when_never_heard():
@@ -455,7 +456,7 @@ def test_a_lost_station_bars_no_order_because_the_order_ends_the_silence():
     run.step(raised("gcs_lost"))
     assert run.last.action is Action.HOLD
     assert barring(run.memory, run.now_us, CONFIG, Order.AUTO) == ""
-    assert run.step(changed(WELL, gcs_age_s=0.0, operator_order=Order.AUTO)) is Action.NONE
+    assert run.step(changed(WELL, gcs_age_s=0.0, operator_order=Order.AUTO)) is Action.WARN
     assert run.step(raised("gcs_lost"), 6.0) is Action.HOLD, "the timer starts anew"
 
 
@@ -651,7 +652,7 @@ manual_lost            STOP      0.5  -            gone      0  never    STOP   
 guided_lost            HOLD      1    -            gone      0  manual   HOLD      5
 gcs_lost               HOLD      5    60:RETURN    operator  0  manual   WARN      120
 radio_lost             HOLD      65   120:RETURN   operator  0  manual   WARN      3600
-gcs_degraded           WARN      2.5  -            gone      0  never    WARN      120
+gcs_degraded           WARN      2.5  -            gone     30  never    WARN      120
 tick_very_late         STOP      0    -            gone      10 never    STOP      0
 overruns               WARN      0    10:STOP      gone      10 never    WARN      10
 tick_late              WARN      0    -            gone      10 never    WARN      120
@@ -781,7 +782,7 @@ def test_a_sensor_that_is_lost_again_and_again_ends_no_stop_any_more():
     assert run.step(SILENT, 600.0) is Action.STOP
     # a station that is heard again begins anew
     run.step(changed(WELL, operator_order=Order.RETURN))
-    assert run.causes == ()
+    assert run.causes == ("gcs_degraded",)
 
 
 def an_hour_of_outages(away_s, every_s):

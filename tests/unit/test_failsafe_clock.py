@@ -103,7 +103,7 @@ def test_a_voyage_of_short_gaps_does_not_even_hold():
     link = Link()
     for _ in range(100):
         link.go(2.0, up=False)
-        assert link.go(3.0, up=True) is Action.NONE
+        assert link.go(3.0, up=True) <= Action.WARN
 
 
 @pytest.mark.parametrize("seed", range(100))
@@ -121,7 +121,7 @@ def test_walks_of_outages_and_orders_never_move_while_the_station_is_there(seed)
         assert all(action <= Action.WARN for _, action in link.actions[count + 1 :])
         if dice.random() < 0.5 and link.now_s - link.heard_s < 2.0:
             assert link.go(STEP_S, up=True, order=True) <= Action.WARN
-            assert link.go(1.0, up=True) is Action.NONE
+            assert link.go(1.0, up=True) <= Action.WARN
 
 
 def test_the_radios_clock_stands_too():
@@ -139,7 +139,7 @@ def test_an_order_with_the_station_back_starts_all_anew():
     link.go(10.0, up=True)
     link.go(60.0, up=False)
     link.go(3.0, up=True)
-    assert link.go(1.0, up=True, order=True) is Action.NONE
+    assert link.go(1.0, up=True, order=True) is Action.WARN
     link.go(60.0, up=False)
     assert link.actions[-1][1] is Action.HOLD
 
@@ -319,3 +319,39 @@ def test_silence_hidden_by_another_link_counts_from_when_that_link_fell_silent()
     run.step(changed(WELL, gcs_age_s=None, radio_age_s=1.0))
     run.step(changed(WELL, gcs_age_s=None, radio_age_s=1.0), 10.0)
     assert run.step(changed(WELL, gcs_age_s=1000.0)) is Action.HOLD, "10 s on the clock, not 1000"
+
+
+def heard_each(period_s, hours=1.0, config=None):
+    """An hour with a station of which a sign of life comes each so many seconds; what is told, with the time."""
+    run, heard_s, told = Run(config or FailsafeConfig()), 0.0, []
+    for k in range(1, round(3600.0 * hours / STEP_S)):
+        now_s = k * STEP_S
+        heard_s = now_s - now_s % period_s
+        before = len(run.texts)
+        run.step(changed(WELL, gcs_age_s=now_s - heard_s), STEP_S)
+        told += [(now_s, text) for _, text in run.texts[before:]]
+    return told
+
+
+@pytest.mark.parametrize("period_s", [3.0, 3.5, 4.0, 5.0])
+def test_a_station_that_is_heard_each_few_seconds_is_told_as_silent_once(period_s):
+    """Silent, over, silent, over: up to 2400 texts an hour, and none of them was news."""
+    assert [text for _, text in heard_each(period_s)] == ["Ground station silent"]
+
+
+@pytest.mark.parametrize("period_s", [8.0, 10.0, 15.0, 30.0, 45.0, 60.0])
+def test_a_station_that_comes_and_goes_floods_nobody(period_s):
+    """Lost or only silent: at most one pair of texts of it in half a minute."""
+    told = [now_s for now_s, text in heard_each(period_s) if "silent" in text]
+    assert all(later - earlier >= 30.0 for earlier, later in zip(told, told[2:], strict=False))
+    assert len(told) <= 2 + 2 * 3600.0 / max(period_s, 32.0)
+
+
+def test_a_station_that_is_heard_steadily_again_is_told_so_once():
+    link = Link()
+    link.go(10.0, up=True)
+    link.go(4.0, up=False)
+    link.go(29.0, up=True)
+    assert link.texts() == ["Ground station silent"]
+    link.go(3.0, up=True)
+    assert link.texts() == ["Ground station silent", "Over: ground station silent"]

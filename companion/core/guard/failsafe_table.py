@@ -19,6 +19,8 @@ from .failsafe_row import Clear, Condition, Takeover
 W, H, R, S, D, T = Action.WARN, Action.HOLD, Action.RETURN, Action.STOP, Action.DISARM, Action.TERMINATE
 OPERATOR, REARM, GONE, RESTART = Clear.OPERATOR, Clear.REARM, Clear.GONE, Clear.RESTART
 INFO = Severity.INFO
+STEADY_S: Final = 30.0
+"""A station that is heard each few seconds is one bad link: told as silent once, and as heard again when it has been so for that long."""
 
 
 def _of_others(name: str, cause: str, severity: Severity) -> Condition:
@@ -217,6 +219,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         stands=gcs_silent,
         delay_s=SILENT_S,
         clear=GONE,
+        clear_s=STEADY_S,
         severity=Severity.WARNING,
     ),
     Condition(
