@@ -5,7 +5,7 @@ import math
 import pytest
 
 from companion.tuning.fitted import vessel_toml
-from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.messages import Action, Mode
 from mavlink_bridge.language.requests import Arm, SetMode
 from mavlink_bridge.language.trials import SeaTrial, TrialOrder
 from tests.world_station import Helm
@@ -221,6 +221,48 @@ def test_who_ended_a_trial_is_told_and_that_no_order_goes_on(happens, author, pl
     assert said.count("Trial ended: ") == 1
     assert not [text for text in told if "order Guided" in text or "order Auto" in text]
     assert happens in (board, disarm, hold) or [text for text in told if "then order Hold" in text]
+
+
+def low_battery(after_s):
+    """A quick trial at full throttle whose battery gets low after so long, and is told as low."""
+    helm = Helm("ardurover", "depth.enabled=false", "monitors.battery_low_v=12")
+    helm.world.surroundings.plant.board.set_voltage(13.0)
+    assert helm.command(400, 1.0) == 0
+    assert helm.command(31012, 1.0, 60.0, 1.0) == 0
+    assert helm.command(31012, 2.0) == 0
+    helm.run(after_s)
+    helm.world.surroundings.plant.board.set_voltage(11.5)
+    helm.until(lambda: "Battery low" in helm.texts(), 30.0)
+    return helm
+
+
+@pytest.mark.parametrize("after_s", [25.0, 40.0, 55.0])
+def test_a_battery_that_gets_low_ends_a_trial_before_the_next_run(after_s):
+    """One with such a battery is not begun; but the next run at 95 % was sailed, six seconds after the warning."""
+    helm = low_battery(after_s)
+    helm.until(lambda: "Trial ended: " in helm.texts(), 90.0)
+    helm.run(60.0)
+    said = helm.texts().replace("\n", "")
+    assert "Trial ended: the battery is low, and the next run asks for full thrust" in said
+    after = said[said.index("Battery low") :]
+    assert after.count(" in 5 s: ") <= 1, "no further run is announced"
+    assert helm.world.snapshot.action is Action.WARN
+    assert helm.world.snapshot.armed, "she is kept about the middle"
+
+
+def test_a_battery_that_sags_under_full_thrust_alone_does_not_end_a_trial():
+    """Sound at rest, below the warning at each run: what is judged is whether it is low when the next one is to begin."""
+    helm = Helm("ardurover", "depth.enabled=false", "monitors.battery_low_v=12")
+    board = helm.world.surroundings.plant.board
+    board.set_voltage(13.0)
+    assert helm.command(400, 1.0) == 0
+    assert helm.command(31012, 1.0, 60.0, 1.0) == 0
+    assert helm.command(31012, 2.0) == 0
+    for _ in range(round(150.0 / 0.05)):
+        board.set_voltage(11.0 if max(abs(pulse - 1500.0) for pulse in helm.pulses_us[:2]) > 300.0 else 13.0)
+        helm.step()
+    assert "Battery low" in helm.texts()
+    assert "Trial ended" not in helm.texts()
 
 
 def test_a_second_start_does_not_end_the_first(voyage):

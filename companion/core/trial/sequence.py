@@ -28,6 +28,8 @@ from .manoeuvres import NO_SPINS, Sailing, Seen, about_s, manoeuvres_of, towards
 
 _ANNOUNCED_S: Final = 5.0
 """Time to look around and to press stop."""
+_MOMENT_S: Final = 0.5
+"""Of it, the last: several ticks, also of a slow computer, and the battery has recovered from the run before by then if it ever does."""
 _REPEATS: Final = 2
 """What was disturbed twice more is left out."""
 _UNCONFIRMED: Final = 0.5
@@ -145,6 +147,13 @@ class Trial:
         self._ordered = True
         texts, self._texts = tuple(self._texts), []
         return texts
+
+    @property
+    def is_to_begin(self) -> bool:
+        """Whether the next manoeuvre begins in a moment: the thrusters have rested, and nothing of it has been asked for."""
+        announced_s = (self._stepped_us - self._since_us) * 1e-6
+        is_announced = self._told is TrialStanding.RUNNING and self._phase is _Phase.ANNOUNCED
+        return is_announced and announced_s >= _ANNOUNCED_S - _MOMENT_S
 
     def abandon(self, why: str) -> None:
         """End it, for good; the vessel is still kept about the middle as long as it is stepped."""

@@ -237,9 +237,9 @@ class Navigator:
         self._texts.append((Severity.NOTICE, self.trial.standing))
         return ""
 
-    def abandon_trial(self, why: str) -> None:
-        """End a sea trial that is under way, for good, without an order: the vessel stays about its middle."""
-        if self.trial is not None:
+    def abandon_trial(self, why: str, *, at_next: bool = False) -> None:
+        """End a sea trial without an order, for good: the vessel stays about its middle. ``at_next``: before its next run."""
+        if self.trial is not None and (self.trial.is_to_begin or not at_next):
             self.trial.abandon(why)
 
     def end_trial(self, why: str) -> None:

@@ -52,6 +52,7 @@ _COURSE_MPS: Final = 0.5
 """Slower than this the course over ground is the receiver's noise, and a course to steer is steered as a heading."""
 _ASTERN: Final = -1.0
 """The guard's braking: all that the thrusters have; the gate keeps it within the hull's limits."""
+_LOW: Final = "the battery is low, and the next run asks for full thrust"
 _REVERSED: Final = "pushes against what it is told (suspected): look at its wiring and its propeller"
 _MIRRORED: Final = (
     "The helm turns the boat the wrong way (suspected): thrusters changed over, or a rudder servo mirrored"
@@ -295,6 +296,8 @@ class Vehicle:
         )
         controls.voice.say_all(result.texts)
         controls.decided = Decided()
+        if guarded.monitors.battery_low:
+            self.parts.navigator.abandon_trial(_LOW, at_next=True)
         if result.action > Action.WARN:
             self._react(verdict, before.verdict.result.action, by_hand=flags.helm.manual)
         return verdict
