@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import random
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import pytest
@@ -104,6 +106,42 @@ def test_a_sounder_lost_at_five_metres_closing_costs_no_more_water(n, speed_mps)
     """Must hold: acted on in 1 s (test_guard_voyages); and if the slope goes on as it did, no less water than otherwise."""
     lost = DepthRun(VESSEL, slope(n), speed_mps, DepthGuardConfig(map_look_ahead=False), noise=SilentBelow(), seed=7)
     assert lost.lowest_altitude_m() >= 3.85
+
+
+@dataclass(frozen=True, slots=True)
+class Slow(Noise):
+    """A sounder that speaks each so many tenths of a second, and is not heard every time."""
+
+    outlier: float = 0.0
+    every: int = 20
+    asked: Iterator[int] = field(default_factory=itertools.count)
+
+    def read(self, rng: random.Random, true_m: float) -> float | None:
+        return None if next(self.asked) % self.every else Noise.read(self, rng, true_m)
+
+
+@pytest.mark.parametrize("hull", ["otter", "blueboat"])
+@pytest.mark.parametrize("n", [10, 4, 2])
+@pytest.mark.parametrize(("every", "lost"), [(10, 0.2), (14, 0.0), (20, 0.0), (20, 0.1)])
+def test_a_slow_sounder_keeps_3_4_m(hull, n, every, lost):
+    """A slope of 1:2 was sailed up aground, without a word, with a reading each 1.4 s and more."""
+    for seed in range(4):
+        noise, config = Slow(drop=lost, every=every), DepthGuardConfig(map_look_ahead=False)
+        assert DepthRun(load_vessel(hull), slope(n), 1.5, config, noise=noise, seed=seed).lowest_altitude_m() >= 3.4
+
+
+@pytest.mark.parametrize("lost", [0.0, 0.2])
+@pytest.mark.parametrize("every", [5, 10, 14, 20])
+def test_a_slow_sounder_stops_nobody_over_a_level_bottom(every, lost):
+    """Half an hour with half a metre to spare."""
+    noise, rng = Slow(drop=lost, every=every), random.Random(11)
+    guard, stops = DepthGuard(DepthGuardConfig(), HullGeometry(0.35, 0.2, 1.08)), 0
+    for i in range(18_000):
+        now_us = i * 100_000
+        state = EstimatedState(now_us, sog_mps=1.5)
+        guard.measure(Distance(now_us, noise.read(rng, 4.65)), state)
+        stops += guard.step(now_us, state, i > 200, None, lambda speed: 2.33 * speed).flags.depth_ahead
+    assert stops == 0
 
 
 def sea(height_m: float, seed: int, period_s: float = 3.0) -> Water:

@@ -37,7 +37,10 @@ class Water:
             self.steepest_mps = max(self.steepest_mps, self.short.closing_mps)
 
 
-@pytest.mark.parametrize(("height_m", "period_s"), [(0.3, 3.0), (0.8, 3.0), (0.8, 2.0), (1.2, 5.0), (1.5, 7.0)])
+@pytest.mark.parametrize(
+    ("height_m", "period_s"),
+    [(0.3, 3.0), (0.8, 3.0), (0.8, 2.0), (1.2, 5.0), (1.5, 7.0)],
+)
 def test_waves_over_a_level_bottom_close_nothing(height_m, period_s):
     water = Water()
     water.read(20.0, lambda s: 6.0, height_m, period_s)
@@ -60,6 +63,15 @@ def test_a_slope_in_waves_is_known_by_the_long_lines_to_a_fifth():
     water.read(30.0, lambda s: 20.0, 0.5)
     water.read(20.0, lambda s: 20.0 - 0.3 * (s - 30.0), 0.5)
     assert max(water.short.closing_mps, water.long.closing_mps) >= 0.24
+
+
+@pytest.mark.parametrize("hz", [1.0, 2.0])
+def test_a_slow_sounder_sees_waves_of_half_a_metre(hz):
+    rng, sea = random.Random(3), Sea()
+    for i in range(round(60.0 * hz)):
+        heave_m = 0.25 * math.sin(2.0 * math.pi * i / hz / 5.3)
+        sea.add(Altitude(round(i / hz * 1e6), 6.0 + heave_m + rng.gauss(0.0, SIGMA_M)), SIGMA_M)
+    assert sea.is_seen
 
 
 def test_where_the_water_falls_out_of_the_waves_nothing_is_left_out():

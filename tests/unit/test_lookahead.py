@@ -68,6 +68,52 @@ def test_days_of_readings_leave_no_rounding():
     assert closing.closing_mps == pytest.approx(0.2, abs=1e-6)
 
 
+def heard(times_s, depth, seed=1, sigma_m=0.05):
+    """The rate after each reading of a sounder that is heard at these times over ``depth(s)``."""
+    rng, closing, rates = random.Random(seed), ClosingRate(), []
+    for time_s in times_s:
+        closing.add(Altitude(round(time_s * 1e6), depth(time_s) + rng.gauss(0.0, sigma_m)), sigma_m)
+        rates.append(closing.closing_mps)
+    return rates
+
+
+@pytest.mark.parametrize("period_s", [1.4, 2.0, 3.3, 5.0])
+def test_a_slow_sounder_proves_a_rate_with_its_fourth_reading(period_s):
+    rates = heard([period_s * i for i in range(40)], lambda s: 99.0 - 0.4 * s)
+    assert rates[2] == 0.0
+    assert all(0.27 < rate <= 0.42 for rate in rates[3:])
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize(("period_s", "lost"), [(1.0, 0.2), (1.0, 0.4), (2.0, 0.2)])
+def test_lost_readings_do_not_lose_the_slope(period_s, lost, seed):
+    rng = random.Random(seed)
+    times_s = [period_s * i for i in range(300) if rng.random() >= lost]
+    rates = heard(times_s, lambda s: 150.0 - 0.4 * s, seed)
+    assert sum(rate > 0.2 for rate in rates[3:]) >= 0.95 * (len(rates) - 3)
+
+
+@pytest.mark.parametrize("period_s", [1.4, 2.0, 3.3])
+def test_over_a_level_bottom_a_slow_sounder_proves_nothing(period_s):
+    rates = heard([period_s * i for i in range(3000)], lambda s: 6.0)
+    assert max(rates) <= 0.02
+    once = heard([period_s * i for i in range(40)], lambda s: 3.0 if abs(s - 20.0 * period_s) < 0.1 else 6.0)
+    assert max(once) <= 0.02, "one false echo draws no line"
+
+
+def test_after_a_silence_two_places_are_no_line():
+    times_s = [0.1 * i for i in range(50)] + [10.0]
+    assert heard(times_s, lambda s: 6.0 if s < 9.0 else 3.0)[-1] == 0.0
+
+
+def test_a_rate_stands_for_three_periods_where_readings_are_lost():
+    times_s = [2.0 * i for i in range(10)] + [23.0, 38.0]
+    *_, before, soon, late = heard(times_s, lambda s: 99.0 - 0.4 * s)
+    assert before > 0.3
+    assert soon > 0.3
+    assert late == 0.0
+
+
 def test_readings_at_one_time_do_not_divide_by_zero():
     closing = ClosingRate()
     for _ in range(6):

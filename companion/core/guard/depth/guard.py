@@ -24,6 +24,7 @@ from .grid import DepthGrid, PlanLeg, PlanProblem, check_plan, unknown_share
 from .input import DepthInput
 from .lookahead import PathAhead, StoppingDistance
 from .memory import DepthMemory
+from .pace import SounderPace
 
 __all__ = ["DepthFlags", "DepthGuard", "DepthGuardConfig", "GuardOutput", "next_state"]
 
@@ -124,6 +125,7 @@ class DepthGuard:
         self.utc_s = 0
         """The time that soundings are remembered with, seconds since 1970; 0 = unknown. Whoever knows it sets it."""
         self._ahead = self.input.bottom = DepthAhead(config, self.memory, geometry)
+        self._pace = SounderPace()
         self._trouble = ""
         """What was told of the sounder last."""
         self.configure(config)
@@ -143,6 +145,7 @@ class DepthGuard:
         """Take one echo-sounder reading of the sensor link ``source``; None: it came over MAVLink."""
         self._ahead.utc_s = self.utc_s
         passed = self.input.measure(distance, state, source)
+        self._pace.note(passed)
         self._ahead.note(passed, 0.0 if state is None else state.sog_mps or 0.0)
         self._evidence.note(passed)
         if self.memory is not None and state is not None:
@@ -214,7 +217,7 @@ class DepthGuard:
         if not self._enabled:
             self.state, self._shallow = UNKNOWN, False
             return GuardOutput(UNKNOWN, altitude_m, self.input.raw_m, None)
-        texts = self._told_of_sounder(altitude_m)
+        texts = [*self._told_of_pace(), *self._told_of_sounder(altitude_m)]
         self._doubts = False
         entered = self._advance(altitude_m, texts, loops_active, self._ahead.leads_back(state, path_ahead, _BACK_M))
         abort = (loops_active and entered) or self._refused
@@ -343,6 +346,11 @@ class DepthGuard:
         if new is CORRECTION:
             return Severity.WARNING, f"{body}: correction manoeuvre allowed"
         return Severity.INFO, f"{body}: good"
+
+    def _told_of_pace(self) -> list[tuple[Severity, str]]:
+        """Tell that the sounder is slow, where its rate is what looks ahead."""
+        told = self._pace.told() if self._config.rate_look_ahead else ""
+        return [(Severity.WARNING, told)] if told else []
 
     def _told_of_sounder(self, altitude_m: float | None) -> list[tuple[Severity, str]]:
         """Tell what is wrong with the sounder once it costs the altitude, or never will by itself; and that it is over."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import combinations, pairwise
 from typing import Final
 
 from mavlink_bridge.language.messages import EstimatedState
@@ -31,6 +32,14 @@ LONG_WINDOWS: Final = ((8.0, 4.0), (16.0, 4.0))
 """The same for a slope that is only to be known: a sounder of 1 Hz proves one of 1:50 no sooner."""
 _LEAST_READINGS: Final = 4
 """A line through fewer is drawn by one false reading."""
+_SPARSE_US: Final = 16_000_000
+"""A slow sounder's last readings are taken for one line over so long: a reading each 5 s, or each 2 s with half of them lost."""
+_SPARSE_SIGMAS: Final = 4.0
+"""What such a line must stand clear of the noise by: as the others of its length."""
+_ONE_GAP: Final = 0.7
+"""A line of which one silence is a greater share than this is a line between two places. Two lost readings of four leave 0.6."""
+_CARRIED_US: Final = 6_000_000
+"""So long a proven rate stands where the readings are too few to prove one: three periods of a sounder of 0.5 Hz."""
 _TRIM: Final = 100
 """Readings that are past the longest window are forgotten so many at a time."""
 _ARC_S: Final = 1.0
@@ -53,7 +62,7 @@ class ClosingRate:
         In whole microseconds since the first and micrometres, so that adding for days leaves no rounding behind.
         """
         self._sums = (0, 0, 0, 0)
-        self._t0_us = 0
+        self._t0_us = self._proven_us = 0
         self._closing_mps = 0.0
         self.likely_mps = 0.0
         """As fast as this, one sigma on the shallow side; 0 unless it is proven that the bottom closes."""
@@ -102,9 +111,42 @@ class ClosingRate:
             proven_mps = fall_mps - line.sigmas * doubt_mps - heave_mps
             if proven_mps > closing_mps:
                 closing_mps, likely_mps = proven_mps, fall_mps + doubt_mps
+        if count < _LEAST_READINGS:
+            closing_mps, likely_mps = self._of_few(t_us, sigma_m, sea)
+        elif closing_mps > 0.0:
+            self._proven_us = t_us
         self._closing_mps, self.likely_mps = closing_mps, likely_mps
         if first >= _TRIM:
-            self._trim(first)
+            self._trim(min(first, len(entries) - _LEAST_READINGS))
+
+    def _of_few(self, t_us: int, sigma_m: float, sea: Sea | None) -> tuple[float, float]:
+        """The rate that is proven, and the likely one, where even the longest window holds too few readings for its line.
+
+        By the middle of the slopes between each two of the last readings, the flatter of two: one false echo among them,
+        which passes a slow sounder's gate, does not draw it.
+        """
+        newest = self._newest()
+        span_us = newest[-1][0] - newest[0][0]
+        gap_us = max((after[0] - before[0] for before, after in pairwise(newest)), default=0)
+        if len(newest) < _LEAST_READINGS or span_us > _SPARSE_US or gap_us > _ONE_GAP * span_us:
+            is_carried = self._closing_mps > 0.0 and t_us - self._proven_us <= _CARRIED_US
+            return (self._closing_mps, self.likely_mps) if is_carried else (0.0, 0.0)
+        falls_mps = sorted((a[1] - b[1]) / (b[0] - a[0]) for a, b in combinations(newest, 2) if b[0] > a[0])
+        fall_mps = falls_mps[(len(falls_mps) - 1) // 2]
+        middle_us = math.fsum(each[0] for each in newest) / len(newest)
+        doubt_mps = sigma_m / math.hypot(*((each[0] - middle_us) * 1e-6 for each in newest))
+        heave_mps = 0.0 if sea is None else sea.rate_mps(span_us * 1e-6)
+        proven_mps = fall_mps - _SPARSE_SIGMAS * doubt_mps - heave_mps
+        if proven_mps <= 0.0:
+            return 0.0, 0.0
+        self._proven_us = t_us
+        return proven_mps, fall_mps + doubt_mps
+
+    def _newest(self) -> list[tuple[int, int]]:
+        """Times in us and values in um of the newest readings, as many as a line takes."""
+        sums = [*(entry[2] for entry in self._entries[-_LEAST_READINGS:]), self._sums[1]]
+        times_us = [entry[0] for entry in self._entries[-_LEAST_READINGS:]]
+        return [(time_us, after - before) for time_us, (before, after) in zip(times_us, pairwise(sums), strict=True)]
 
     def _trim(self, past: int) -> None:
         """Forget readings that are past the longest window, the last one."""

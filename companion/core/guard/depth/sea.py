@@ -19,6 +19,8 @@ _MEAN_US: Final = 500_000
 """Readings are averaged over so much: five of a sounder of 10 Hz, and a sixth of the waves of sheltered water."""
 _STEP_SIGMAS: Final = 6.0
 """The altitude has turned when it is back by so many sigma of that mean: two means differ by it once in tens of thousands."""
+_STEP_MOST: Final = 4.0
+"""But so many of one reading: a slow sounder's means are of one or two, and six would hide waves of half a metre."""
 _KEPT_US: Final = 30_000_000
 """Waves come in groups: after the lull between two the next high one is no surprise."""
 _FEWEST: Final = 2
@@ -71,7 +73,7 @@ class Sea:
         while reading.t_us - recent[0].t_us >= _MEAN_US:
             recent.popleft()
         level_m = math.fsum(each.value_m for each in recent) / len(recent)
-        rise = self._risen(reading.t_us, level_m, _STEP_SIGMAS * sigma_m / math.sqrt(len(recent)))
+        rise = self._risen(reading.t_us, level_m, min(_STEP_SIGMAS / math.sqrt(len(recent)), _STEP_MOST) * sigma_m)
         is_old = bool(rises) and reading.t_us - rises[0].crest_us > _KEPT_US
         if is_old:
             rises.popleft()
