@@ -246,6 +246,35 @@ def test_waves_over_a_level_bottom_stop_nobody(altitude_m, height_m, period_s, s
     assert len(told) <= 4
 
 
+@pytest.mark.parametrize(
+    ("altitude_m", "height_m", "period_s"), [(5.5, 0.6, 9.0), (5.5, 1.0, 10.0), (7.0, 1.5, 12.0), (7.0, 1.5, 14.0)]
+)
+@pytest.mark.parametrize("speed_mps", [0.0, 1.5])
+def test_a_swell_over_a_level_bottom_stops_nobody(altitude_m, height_m, period_s, speed_mps):
+    """A quarter of an hour, after the first waves: there were stops in the first minutes, and an approach told with each wave."""
+    noise, rng = Afloat(water=sea(height_m, 3, period_s)), random.Random(11)
+    guard = DepthGuard(DepthGuardConfig(), HullGeometry(0.35, 0.2, 1.08))
+    stops, told = 0, list[str]()
+    for i in range(9_000):
+        now_us = i * 100_000
+        state = EstimatedState(now_us, sog_mps=speed_mps)
+        guard.measure(Distance(now_us, noise.read(rng, altitude_m + 0.15)), state)
+        out = guard.step(now_us, state, i > 600, None, lambda speed: 2.33 * speed)
+        stops += out.flags.depth_ahead
+        told += [text for _, text in out.texts if i > 600 and "closing" in text]
+    assert stops == 0
+    assert len(told) <= 16
+
+
+@pytest.mark.parametrize("speed_mps", [1.5, 2.5])
+@pytest.mark.parametrize("n", [10, 4, 2])
+def test_a_slope_in_a_swell_is_seen(n, speed_mps):
+    """The mean water, waves left out."""
+    for seed in range(3):
+        noise, config = Afloat(water=sea(1.2, seed, 12.0)), DepthGuardConfig(map_look_ahead=False)
+        assert DepthRun(VESSEL, slope(n), speed_mps, config, noise=noise, seed=seed).lowest_altitude_m() >= 3.6
+
+
 @pytest.mark.soak
 def test_with_heave_the_count_is_reported(record_property):
     states, stops = transitions(1.0, 4.15, 0.05)

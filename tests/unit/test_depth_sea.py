@@ -39,11 +39,11 @@ class Water:
 
 @pytest.mark.parametrize(
     ("height_m", "period_s"),
-    [(0.3, 3.0), (0.8, 3.0), (0.8, 2.0), (1.2, 5.0), (1.5, 7.0)],
+    [(0.3, 3.0), (0.8, 3.0), (0.8, 2.0), (1.2, 5.0), (1.5, 7.0), (0.6, 9.0), (1.5, 12.0), (1.8, 15.0)],
 )
 def test_waves_over_a_level_bottom_close_nothing(height_m, period_s):
     water = Water()
-    water.read(20.0, lambda s: 6.0, height_m, period_s)
+    water.read(max(20.0, 3.0 * period_s), lambda s: 6.0, height_m, period_s)
     assert water.sea.is_seen
     water.read(120.0, lambda s: 6.0, height_m, period_s)
     assert water.steepest_mps <= 0.02
@@ -65,13 +65,29 @@ def test_a_slope_in_waves_is_known_by_the_long_lines_to_a_fifth():
     assert max(water.short.closing_mps, water.long.closing_mps) >= 0.24
 
 
+def test_a_slope_in_a_swell_is_known_by_the_long_lines():
+    water = Water()
+    water.read(60.0, lambda s: 30.0, 1.2, 12.0)
+    assert water.long.closing_mps == 0.0
+    water.read(30.0, lambda s: 30.0 - 0.3 * (s - 60.0), 1.2, 12.0)
+    assert max(water.short.closing_mps, water.long.closing_mps) >= 0.2
+
+
+def test_a_swell_explains_no_more_than_its_face_is_steep():
+    water = Water()
+    water.read(60.0, lambda s: 30.0, 1.2, 12.0)
+    face_mps = math.pi * 1.2 / 12.0
+    assert face_mps <= water.sea.rate_mps(1.0) <= 1.5 * face_mps
+
+
 @pytest.mark.parametrize("hz", [1.0, 2.0])
-def test_a_slow_sounder_sees_waves_of_half_a_metre(hz):
-    rng, sea = random.Random(3), Sea()
-    for i in range(round(60.0 * hz)):
-        heave_m = 0.25 * math.sin(2.0 * math.pi * i / hz / 5.3)
+def test_a_slow_sounder_sees_waves_of_three_decimetres(hz):
+    rng, sea, seen = random.Random(3), Sea(), []
+    for i in range(round(300.0 * hz)):
+        heave_m = 0.15 * math.sin(2.0 * math.pi * i / hz / 5.3)
         sea.add(Altitude(round(i / hz * 1e6), 6.0 + heave_m + rng.gauss(0.0, SIGMA_M)), SIGMA_M)
-    assert sea.is_seen
+        seen.append(sea.is_seen)
+    assert all(seen[len(seen) // 5 :])
 
 
 def test_where_the_water_falls_out_of_the_waves_nothing_is_left_out():

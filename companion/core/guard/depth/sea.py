@@ -20,19 +20,26 @@ _MEAN_US: Final = 500_000
 _STEP_SIGMAS: Final = 6.0
 """The altitude has turned when it is back by so many sigma of that mean: two means differ by it once in tens of thousands."""
 _STEP_MOST: Final = 4.0
-"""But so many of one reading: a slow sounder's means are of one or two, and six would hide waves of half a metre."""
+"""But so many of one reading: a slow sounder's means are of one or two, and six would hide waves of 0.3 m."""
 _KEPT_US: Final = 30_000_000
 """Waves come in groups: after the lull between two the next high one is no surprise."""
 _FEWEST: Final = 2
 """One rise is the far side of a ridge."""
-_PERIOD_US: Final = 8_000_000
-"""With longer between two crests it is the bottom that goes up and down, or a swell too slow to look like a slope."""
+_PERIOD_US: Final = 16_000_000
+"""With longer between two crests it is the bottom that goes up and down; few swells that reach a coast are longer."""
+_KEPT_WAVES: Final = 5
+"""The same in waves of a swell, of which 30 s hold two or three: half a group."""
 _HIGHEST_M: Final = 2.0
 """A rise by more is the bottom's: a sea of 1 m lifts the shipped boats by 1.8 m at times."""
 _DEEPER: Final = 0.5
 """Share of the highest wave by which the next may reach below the lowest: half of that stopped a boat every few minutes."""
+_SWELL_US: Final = 8_000_000
+_SWELL_DEEPER: Final = 0.25
+"""The same of a swell, with longer than that between two crests: one is more like the other, and hills passed over may look like it."""
 _HALF_WAVE: Final = 12.0 / (math.pi * math.pi)
 """Rate of the line through half a wave, times its length by its height: the steepest there is."""
+_FACE: Final = 1.3 * math.pi
+"""Rate of a line much shorter than the wave, times its period by its height: the steepest of its face; some are shorter than most."""
 _WHOLE_WAVES: Final = 3.0 / math.pi
 """The same of a line longer than the wave, times its length by the wave's once more."""
 
@@ -64,7 +71,7 @@ class Sea:
         """Whether there are waves at all."""
         self._height_m = self._period_s = self._floor_m = 0.0
         """The highest of the last waves, their period, and the least altitude that the next may bring."""
-        self._is_within = False
+        self._is_within, self._kept_us = False, _KEPT_WAVES * _PERIOD_US
 
     def add(self, reading: Altitude, sigma_m: float) -> None:
         """Take one gated reading; ``sigma_m``: its noise."""
@@ -74,7 +81,7 @@ class Sea:
             recent.popleft()
         level_m = math.fsum(each.value_m for each in recent) / len(recent)
         rise = self._risen(reading.t_us, level_m, min(_STEP_SIGMAS / math.sqrt(len(recent)), _STEP_MOST) * sigma_m)
-        is_old = bool(rises) and reading.t_us - rises[0].crest_us > _KEPT_US
+        is_old = bool(rises) and reading.t_us - rises[0].crest_us > self._kept_us
         if is_old:
             rises.popleft()
         if rise is not None:
@@ -87,7 +94,8 @@ class Sea:
         """The greatest rate that the waves alone give to a line through so many seconds."""
         if not self._is_within:
             return 0.0
-        return self._height_m / window_s * min(_HALF_WAVE, _WHOLE_WAVES * self._period_s / window_s)
+        waves = window_s / self._period_s
+        return self._height_m / window_s * min(_FACE * waves, _HALF_WAVE, _WHOLE_WAVES / waves)
 
     def _risen(self, t_us: int, level_m: float, step_m: float) -> _Rise | None:
         """Follow the altitude; return a rise once the altitude has come down from its crest."""
@@ -114,5 +122,7 @@ class Sea:
         periods_us = sorted(map(sub, crests_us[1:], crests_us))
         period_us = periods_us[len(periods_us) // 2]
         self.is_seen, self._period_s = period_us <= _PERIOD_US, period_us * 1e-6
+        self._kept_us = max(_KEPT_US, _KEPT_WAVES * min(period_us, _PERIOD_US))
         self._height_m = max(rise.height_m for rise in rises)
-        self._floor_m = min(rise.low_m for rise in rises) - _DEEPER * self._height_m
+        deeper = _DEEPER if period_us <= _SWELL_US else _SWELL_DEEPER
+        self._floor_m = min(rise.low_m for rise in rises) - deeper * self._height_m
