@@ -8,7 +8,16 @@ import random
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from companion.core.guard.depth.grid import DepthGrid, PlanLeg, PlanProblem, Sounding, build, check_plan, offset
+from companion.core.guard.depth.grid import (
+    DepthGrid,
+    PlanLeg,
+    PlanProblem,
+    Sounding,
+    build,
+    check_plan,
+    offset,
+    unknown_share,
+)
 from companion.core.guard.depth.plan_legs import plan_legs
 from companion.core.guard.depth.soundings import cell_of, dune_reference, parse, parse_csv, parse_dune, parse_xyz
 from companion.io.depth_map import load_depth_map
@@ -144,6 +153,43 @@ def at(north: float, east: float) -> dict[str, float]:
 def metres(leg: PlanLeg) -> list[tuple[float, float]]:
     frame = LocalFrame(*HERE)
     return [tuple(round(value, 1) for value in frame.to_local(*point)) for point in leg.points_rad]
+
+
+def strip_at(lon_deg):
+    """A mile of 12 m with a strip of 1 m across it; longitudes may lie beyond 180."""
+    lat, lon = 0.1, math.radians(lon_deg)
+    shape = (
+        (east, north, 1.0 if -20.0 <= east <= 20.0 else 12.0) for east in range(-500, 501, 20) for north in (-20, 20)
+    )
+    return build((Sounding(*offset(lat, lon, north, east), depth_m) for east, north, depth_m in shape), 10.0, 30.0)
+
+
+def leg(from_deg, to_deg):
+    return [PlanLeg(1, tuple((0.1, math.radians(deg)) for deg in (from_deg, to_deg)))]
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("there", [179.99, 179.0])
+def test_a_plan_across_the_180th_meridian_is_held_against_the_chart_it_crosses(side, there):
+    """It was held against what lies the other way round the earth: the shoal on it was not seen, one behind the boat was."""
+    chart = strip_at(side * there)
+    over, behind = leg(side * (there - 0.003), -side * 179.95), leg(side * (there + 0.003), -side * 179.95)
+    for legs in (over, [PlanLeg(1, tuple(reversed(over[0].points_rad)))]):
+        assert check_plan(chart, legs, 4.0) is not None
+        assert 0.05 < unknown_share(chart, legs) < 0.999
+    assert check_plan(chart, behind, 4.0) is None
+    assert check_plan(strip_at(0.0), over, 4.0) is None
+    assert unknown_share(strip_at(0.0), over) == 1.0
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_chart_that_reaches_over_the_180th_meridian_is_known_on_both_sides(side):
+    """What a sounding counts for does not end there."""
+    chart = strip_at(side * 180.0)
+    for deg in (179.9999, -179.9999):
+        assert chart.depth_at(0.1, math.radians(deg)) == 1.0
+        assert check_plan(chart, leg(side * 179.99, deg), 4.0) is not None
+    assert unknown_share(chart, leg(179.997, -179.997)) == 0.0
 
 
 def test_plans_are_laid_out_leg_by_leg():

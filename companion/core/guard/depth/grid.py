@@ -19,6 +19,7 @@ from typing import Final
 from mavlink_bridge.language.geodesy import SEMI_MAJOR_AXIS_M, metres_per_radian
 from mavlink_bridge.language.messages import EstimatedState
 from mavlink_bridge.language.points import LatLon
+from mavlink_bridge.language.units import wrap_pi
 
 UNKNOWN_CM: Final = -32768
 """What a cell holds whose depth is unknown."""
@@ -74,7 +75,8 @@ class DepthGrid:
     def depth_at(self, lat_rad: float, lon_rad: float) -> float | None:
         """Charted depth, m below datum; None = unknown."""
         row = math.floor((lat_rad - self.lat0_rad) / self.dlat_rad)
-        column = math.floor((lon_rad - self.lon0_rad) / self.dlon_rad)
+        # from the western edge eastwards, so that either side of the 180th meridian finds the chart
+        column = math.floor((lon_rad - self.lon0_rad) % math.tau / self.dlon_rad)
         if not (0 <= row < self.rows and 0 <= column < self.columns):
             return None
         value = self._cells[row * self.columns + column]
@@ -234,15 +236,22 @@ def _shallower(
     grid: DepthGrid, start: tuple[float, float], end: tuple[float, float], least_depth_m: float
 ) -> float | None:
     """The first charted depth below ``least_depth_m`` along a straight leg, sampled at half the grid's pitch."""
-    rows, columns = (end[0] - start[0]) / grid.dlat_rad, (end[1] - start[1]) / grid.dlon_rad
-    first, last = _span(grid, start, rows, columns)
+    high, wide = _travel(start, end)
+    rows, columns = high / grid.dlat_rad, wide / grid.dlon_rad
     count = max(1, math.ceil(2.0 * math.hypot(rows, columns)))
-    for i in range(math.floor(first * count), math.ceil(last * count) + 1):
-        share = min(max(i / count, 0.0), 1.0)
-        depth_m = grid.depth_at(start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1]))
-        if depth_m is not None and depth_m < least_depth_m:
-            return depth_m
+    for turn_rad in (-math.tau, 0.0, math.tau):
+        first, last = _span(grid, (start[0], start[1] + turn_rad), rows, columns)
+        for i in range(math.floor(first * count), math.ceil(last * count) + 1):
+            share = min(max(i / count, 0.0), 1.0)
+            depth_m = grid.depth_at(start[0] + share * high, start[1] + share * wide)
+            if depth_m is not None and depth_m < least_depth_m:
+                return depth_m
     return None
+
+
+def _travel(start: tuple[float, float], end: tuple[float, float]) -> tuple[float, float]:
+    """From one place to another, rad of latitude and longitude: the short way round, as it is sailed."""
+    return end[0] - start[0], wrap_pi(end[1] - start[1])
 
 
 def _span(grid: DepthGrid, start: tuple[float, float], rows: float, columns: float) -> tuple[float, float]:
@@ -266,14 +275,14 @@ def unknown_share(grid: DepthGrid, legs: Sequence[PlanLeg]) -> float:
     unknown_m = total_m = 0.0
     for leg in legs:
         for start, end in itertools.pairwise(leg.points_rad):
+            high, wide = _travel(start, end)
             per_lat, per_lon = metres_per_radian(start[0])
-            length_m = math.hypot((end[0] - start[0]) * per_lat, (end[1] - start[1]) * per_lon)
+            length_m = math.hypot(high * per_lat, wide * per_lon)
             count = min(max(1, math.ceil(2.0 * length_m / grid.pitch_m)), _SAMPLES_MAX)
             missing = 0
             for i in range(count):
                 share = (i + 0.5) / count
-                at = start[0] + share * (end[0] - start[0]), start[1] + share * (end[1] - start[1])
-                missing += grid.depth_at(*at) is None
+                missing += grid.depth_at(start[0] + share * high, start[1] + share * wide) is None
             unknown_m += length_m * missing / count
             total_m += length_m
     return unknown_m / total_m if total_m > 0.0 else 0.0
