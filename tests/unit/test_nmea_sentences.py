@@ -255,6 +255,8 @@ def test_rate_of_turn() -> None:
         ("SDDBS,,f,5.3,M,,F", 5.1),
         ("SDDBS,,f,,M,2.0,F", 2 * 1.8288 - 0.2),
         ("SDDBK,,f,5.3,M,,F", 5.45),
+        ("SDDBK,,f,0.00,M,,F", 0.0),
+        ("SDDBS,,f,0.00,M,,F", 0.0),
     ],
 )
 def test_depth_sentences(body: str, value_m: float | None) -> None:

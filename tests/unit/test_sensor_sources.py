@@ -260,7 +260,7 @@ def test_depths_of_two_sounders_are_not_mixed_and_the_second_steps_in() -> None:
     assert boat.said("silent, using")
 
 
-NO_BOTTOM = ("SDDBT,,f,,M,,F", "SDDBT,0.0,f,0.0,M,0.0,F", "SDDPT,0.0,0.0", "SDDBS,,f,0.0,M,,F")
+NO_BOTTOM = ("SDDBT,,f,,M,,F", "SDDBT,0.0,f,0.0,M,0.0,F", "SDDPT,0.0,0.0", "SDDBS,,f,0.0,M,,F", "SDDBK,,f,0.0,M,,F")
 
 
 @pytest.mark.parametrize("word", NO_BOTTOM)

@@ -298,11 +298,13 @@ class NmeaReader:
         )
 
     def _from_transducer(self, distance: Distance, source: Source) -> Distance:
-        """DBS counts from the surface, DBK from the keel."""
-        value_m, kind = distance.value_m, kind_of(source.address)[1]
-        if value_m is not None and kind == "DBS":
+        """DBS counts from the surface, DBK from the keel; a 0 of either is no depth, and stays one."""
+        value_m, kind = distance.bottom_m, kind_of(source.address)[1]
+        if value_m is None:
+            value_m = distance.value_m
+        elif kind == "DBS":
             value_m = max(0.0, value_m - self._transducer_m)
-        elif value_m is not None and kind == "DBK":
+        elif kind == "DBK":
             value_m = max(0.0, value_m + self._keel_m - self._transducer_m)
         return Distance(
             t_us=distance.t_us,
