@@ -30,6 +30,7 @@ from mavlink_bridge.language.requests import Reply, Request
 from mavlink_bridge.language.snapshot import Snapshot
 
 from ..guard import failsafe
+from ..guard.depth.shoal import Going
 from ..guard.diagnosis import words
 from ..guard.gate import Evidence
 from ..guard.outlook import outlook
@@ -53,6 +54,8 @@ _COURSE_MPS: Final = 0.5
 _ASTERN: Final = -1.0
 """The guard's braking: all that the thrusters have; the gate keeps it within the hull's limits."""
 _LOW: Final = "the battery is low, and the next run asks for full thrust"
+_BACK_MPS: Final = -0.4
+"""Backing out from a shoal: as fast as station keeping goes astern."""
 _REVERSED: Final = "pushes against what it is told (suspected): look at its wiring and its propeller"
 _MIRRORED: Final = (
     "The helm turns the boat the wrong way (suspected): thrusters changed over, or a rudder servo mirrored"
@@ -203,10 +206,12 @@ class Vehicle:
                 course = self._sail(sensed, intent, before)
             case _:
                 assert_never(intent)
-        slow = before.guarded.depth.slow_to_mps
-        desired = course.desired
-        if before.guarded.depth.neutral and desired is not None:
+        depth, desired = before.guarded.depth, course.desired
+        slow, back_rad = depth.slow_to_mps, depth.back_rad
+        if depth.neutral and desired is not None:
             return replace(course, desired=Desired(None, None))
+        if back_rad is not None and desired is not None and desired.psi_rad is not None:
+            return replace(course, desired=Desired(back_rad, _BACK_MPS, brake=True, gentle=True))
         if slow is None or desired is None or desired.speed_mps is None:
             return course
         return replace(course, desired=replace(desired, speed_mps=min(slow, desired.speed_mps)))
@@ -254,6 +259,7 @@ class Vehicle:
             None if course.guided is None else parts.guidance.path_ahead,
             controls.stopping_distance_m,
             braking=controls.braking,
+            going=Going(course.guided is not None and course.guided.holds, parts.navigator.turns_at_rest),
         )
         controls.voice.say_all(depth.texts)
         if depth.abort and parts.navigator.mode is not Mode.MANUAL:

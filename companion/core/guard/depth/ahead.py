@@ -28,12 +28,11 @@ from .lookahead import (
     StoppingDistance,
     sample,
     slow_speed_mps,
-    strays,
-    way_ahead,
 )
 from .lost import LostBottom
 from .memory import DepthMemory
 from .sea import Sea
+from .ways import ways
 
 _SLOW_MPS: Final = 0.1
 """Slower than this the way to stop takes no time that is worth reckoning."""
@@ -71,6 +70,8 @@ class DepthLook:
     limit_m: float
     """What the altitude is held against: the least altitude plus what stopping uses up."""
     stop: bool = False
+    by_place: bool = False
+    """Chart or memory ask for the stop, alone or too."""
     slow_to_mps: float | None = None
     why: str = ""
     closing_mps: float = 0.0
@@ -320,7 +321,7 @@ class DepthAhead:
         config, plane = self._config, grid.plane(state)
         if plane is None:
             return look
-        for way in _ways(state, path_ahead, reach_m, 0.5 * grid.pitch_m):
+        for way in ways(state, path_ahead, reach_m, 0.5 * grid.pitch_m):
             ahead = sample(plane, way, self._beam_m)
             if ahead.least_m is None:
                 continue
@@ -341,7 +342,7 @@ class DepthAhead:
     ) -> DepthLook:
         cell_m = memory.geometry.cell_m
         around, exact = memory.plane(state, math.ceil(self._beam_m / cell_m)), memory.plane(state, 0)
-        for way in _ways(state, path_ahead, reach_m, cell_m):
+        for way in ways(state, path_ahead, reach_m, cell_m):
             near = sample(around, way, 0.0)
             if near.least_m is None:
                 continue
@@ -367,8 +368,8 @@ class DepthAhead:
         """Note the least altitude that is known on the way, and stop for it."""
         if look.map_least_m is None or least_m < look.map_least_m:
             look = replace(look, map_least_m=least_m)
-        if stop and not look.stop:
-            look = replace(look, stop=True, why=f"{source} {least_m:.1f} m")
+        if stop:
+            look = replace(look, stop=True, by_place=True, why=look.why if look.stop else f"{source} {least_m:.1f} m")
         return look
 
     def _keep_track(self, state: EstimatedState | None, altitude_m: float | None) -> None:
@@ -389,12 +390,3 @@ class DepthAhead:
             return ""
         bearing = math.degrees(math.atan2(east, north)) % 360.0
         return f"; good water {math.hypot(north, east):.0f} m off on {bearing:03.0f}"
-
-
-def _ways(state: EstimatedState, path_ahead: PathAhead | None, reach_m: float, step_m: float) -> list[list[NorthEast]]:
-    """The way along the path; and the one straight on, when there is no path or the vessel does not follow it."""
-    path = path_ahead(reach_m) if path_ahead is not None else ()
-    ways = [way_ahead(state, path, reach_m, step_m)]
-    if path and strays(state, path):
-        ways.append(way_ahead(state, None, reach_m, step_m))
-    return ways

@@ -7,7 +7,6 @@ grows with the closing rate, and the map ahead (``lookahead.py``). *Altitude* is
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import field
 from typing import Final
@@ -24,7 +23,9 @@ from .grid import DepthGrid, PlanLeg, PlanProblem, check_plan, unknown_share
 from .input import DepthInput
 from .lookahead import PathAhead, StoppingDistance
 from .memory import DepthMemory
+from .own_way import headway_mps
 from .pace import SounderPace
+from .shoal import AT_SEA, Going, MetShoal
 
 __all__ = ["DepthFlags", "DepthGuard", "DepthGuardConfig", "GuardOutput", "next_state"]
 
@@ -81,6 +82,8 @@ class GuardOutput:
     slow_to_mps: float | None = None
     neutral: bool = False
     """No thrust for now: whether the altitude is below the lock is being found out."""
+    back_rad: float | None = None
+    """Back out with the bow held there, before what is ordered is sailed; None = sail it."""
     flags: DepthFlags = field(default_factory=DepthFlags)
     closing_mps: float = 0.0
     """How fast the bottom closes, as far as proven."""
@@ -124,6 +127,7 @@ class DepthGuard:
         """What has been sounded, now and on earlier voyages."""
         self.utc_s = 0
         """The time that soundings are remembered with, seconds since 1970; 0 = unknown. Whoever knows it sets it."""
+        self._shoal = MetShoal()
         self._ahead = self.input.bottom = DepthAhead(config, self.memory, geometry)
         self._pace = SounderPace()
         self._trouble = ""
@@ -205,10 +209,12 @@ class DepthGuard:
         stopping_distance_fn: StoppingDistance | None = None,
         *,
         braking: Braking | None = None,
+        going: Going = AT_SEA,
     ) -> GuardOutput:
         """Evaluate the guard for this tick.
 
         ``path_ahead``: gives the path that is being sailed; None = straight on. ``stopping_distance_fn``: by coasting.
+        ``going``: what else she is about.
         ``braking``: what thrust astern does, for when ``brake`` is set; None = nobody knows, and nothing brakes.
         """
         if self._started_us is None:
@@ -232,7 +238,10 @@ class DepthGuard:
             path_ahead=path_ahead,
             stopping_distance_fn=self._way_fn(now_us, stopping_distance_fn, braking),
         )
-        stop_ahead = loops_active and ahead.stop
+        judged = self._shoal.judge(state, path_ahead, going, stop=loops_active and ahead.stop, by_place=ahead.by_place)
+        stop_ahead = judged.stop
+        if state is not None and (stop_ahead or (loops_active and entered)):
+            self._shoal.meet(state, self._room_m(ahead, altitude_m), self._ahead.slope(now_us))
         texts += self._ahead.told(stop_ahead, ahead, state, goes_on=now_us < self._brake_until_us + _BRAKE_REST_US)
         brake = self._brakes(now_us, state, braking if loops_active else None, begins=entered or stop_ahead)
         return GuardOutput(
@@ -244,6 +253,7 @@ class DepthGuard:
             abort=abort,
             slow_to_mps=self._slow_to_mps(ahead, is_lost=lost_s is not None),
             neutral=self._doubts,
+            back_rad=judged.back_rad,
             flags=DepthFlags(
                 depth_shallow=self._shallow and not brake,
                 depth_locked=self.state is LOCKED and not self._unlocked and not brake,
@@ -260,6 +270,12 @@ class DepthGuard:
     def _slow_to_mps(self, ahead: DepthLook, *, is_lost: bool) -> float | None:
         """The speed that is left to the vessel; None = any."""
         return self._config.unknown_speed_mps if is_lost and self._slows_when_lost else ahead.slow_to_mps
+
+    def _room_m(self, ahead: DepthLook, altitude_m: float | None) -> float:
+        """Water left above the least altitude: as read, or as reckoned without a sounder."""
+        if altitude_m is not None:
+            return altitude_m - self._min_m
+        return 0.0 if ahead.left_s is None else ahead.left_s * ahead.closing_mps
 
     def startup_warning(self, coasting_fn: StoppingDistance, braking: Braking | None = None) -> str:
         """Say on which slopes the margins allow a correction at all (vessel-control §5.4)."""
@@ -323,7 +339,7 @@ class DepthGuard:
 
     def _brakes(self, now_us: int, state: EstimatedState | None, braking: Braking | None, *, begins: bool) -> bool:
         """Whether to thrust astern: from the moment that stops, until the way is off, never longer than the hull may need."""
-        way_mps = _headway_mps(state)
+        way_mps = headway_mps(state)
         if braking is not None and now_us < self._brake_until_us:
             late_s = _SEEN_LATE_S + (0.0 if state is None else state.position_age_s or 0.0)
             way_mps = braking.left_mps(way_mps, late_s, (now_us - self._brake_from_us) * 1e-6)
@@ -379,12 +395,3 @@ class DepthGuard:
 
     def _stops_when_unknown(self) -> bool:
         return self._config.required or self._config.unknown_policy == "stop"
-
-
-def _headway_mps(state: EstimatedState | None) -> float:
-    """Speed over ground towards the bow, m/s: a boat that is set sideways, or goes astern already, has no way to take off."""
-    if state is None or state.sog_mps is None:
-        return 0.0
-    if state.psi_rad is None or state.vx_mps is None or state.vy_mps is None:
-        return state.sog_mps
-    return state.vx_mps * math.cos(state.psi_rad) + state.vy_mps * math.sin(state.psi_rad)

@@ -1,0 +1,131 @@
+"""The shoal that stopped the vessel last: where the limit lies, on which course it was met, and what a stop is still good for there.
+
+A stop takes off the way that a vessel makes of her own; against wind and current it does nothing, and lets her drift. So one that keeps
+her station is not stopped for what lies ahead. One that is ordered away backs out on the track that she came by, which is known to be
+deep, before she turns. What is measured under the keel stops her all the same.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from mavlink_bridge.language.messages import EstimatedState
+from mavlink_bridge.language.points import NorthEast
+from mavlink_bridge.language.value import value
+
+from .lookahead import PathAhead
+from .own_way import own_way
+
+STILL_MPS: Final = 0.5
+"""Way of her own below this is what keeping a station takes: thrust astern takes it off within a metre or two."""
+_PATH_M: Final = 10.0
+"""So far along it a path shows whether it leads away: beyond the turn of every shipped hull."""
+_AWAY_M: Final = 1.0
+"""More than a position wavers from fix to fix."""
+_NEAR_M: Final = 25.0
+"""Farther from where she was stopped she has got away, and turns as anywhere."""
+_BACK_M: Final = 8.0
+"""So far she backs out: a turn at rest carries a boat whose propellers give less astern some three metres on."""
+_BOW: Final = 0.5
+"""Cosine of 60 degrees: with the bow farther off the shoal astern leads along it, and the turn that is left is short."""
+_COURSE_MPS: Final = 0.3
+"""Slower, the course over ground is where she drifts; the bow says what she was about to do."""
+
+
+@value
+class Going:
+    """What the vessel is about, beside the path that she sails."""
+
+    keeps_station: bool = False
+    """The law in force holds a place, and she is at it."""
+    turns_at_rest: bool = False
+    """She can turn where she lies."""
+
+
+AT_SEA: Final = Going()
+"""What nobody has said more of."""
+
+
+@value
+class Judged:
+    """What is left of a stop."""
+
+    stop: bool
+    back_rad: float | None = None
+    """She backs out, with the bow held there; None: she sails as ordered."""
+
+
+class MetShoal:
+    """The last one, and how far the vessel has come since."""
+
+    def __init__(self) -> None:
+        self._limit = self._from = NorthEast((0.0, 0.0))
+        """Where the least altitude is reckoned to lie, and where she was stopped before it."""
+        self._course: tuple[float, float] | None = None
+        """Towards it, north and east; None: none was met."""
+        self._farthest_m = 0.0
+        """How far she has come on towards it since she was stopped."""
+        self._runs_out = self._backs = False
+        """She still has the way of the stop; she has not yet got the room to turn."""
+
+    def meet(self, state: EstimatedState, room_m: float, slope: float) -> None:
+        """Note the shoal that stops her now: ``room_m`` of water are left, on a bottom that rises by ``slope`` for each metre."""
+        is_under_way = state.cog_rad is not None and (state.sog_mps or 0.0) > _COURSE_MPS
+        course_rad = state.cog_rad if is_under_way else state.psi_rad
+        if course_rad is None or state.x_m is None or state.y_m is None:
+            return
+        self._course = north, east = math.cos(course_rad), math.sin(course_rad)
+        self._from = NorthEast((state.x_m, state.y_m))
+        left_m = max(room_m, 0.0) / slope if slope > 0.0 else 0.0
+        self._limit = NorthEast((state.x_m + left_m * north, state.y_m + left_m * east))
+        self._farthest_m, self._runs_out, self._backs = 0.0, True, True
+
+    def judge(
+        self, state: EstimatedState | None, path_ahead: PathAhead | None, going: Going, *, stop: bool, by_place: bool
+    ) -> Judged:
+        """Say what is left of a stop that the look ahead asks for. ``by_place``: chart or memory ask for it too."""
+        if state is None or state.x_m is None or state.y_m is None:
+            return Judged(stop)
+        own_mps = own_way(state)
+        is_still = math.hypot(*own_mps) <= STILL_MPS
+        towards_mps = self._towards(own_mps)
+        self._follow(state, towards_mps)
+        if going.keeps_station:
+            return Judged(stop and not is_still and not self._runs_out)
+        if self._course is None or not going.turns_at_rest or not self._leads_away(state, path_ahead):
+            return Judged(stop)
+        back_rad = self._back_rad(state)
+        spared = is_still or (not by_place and (back_rad is not None or towards_mps <= STILL_MPS))
+        return Judged(stop and not spared, back_rad)
+
+    def _follow(self, state: EstimatedState, towards_mps: float) -> None:
+        """Note how far she has come since the stop, and whether she has run out."""
+        come = (state.x_m or 0.0) - self._from[0], (state.y_m or 0.0) - self._from[1]
+        come_m = self._towards(come)
+        self._farthest_m = max(self._farthest_m, come_m)
+        if towards_mps <= STILL_MPS:
+            self._runs_out = False
+        if math.hypot(*come) > _NEAR_M or self._farthest_m - come_m >= _BACK_M:
+            self._runs_out = self._backs = False
+
+    def _back_rad(self, state: EstimatedState) -> float | None:
+        """Where the bow is held while she backs out; None where she need not, or lies across."""
+        bow_rad, course = state.psi_rad, self._course
+        if not self._backs or bow_rad is None or course is None:
+            return None
+        is_bow_on = self._towards((math.cos(bow_rad), math.sin(bow_rad))) >= _BOW
+        return math.atan2(course[1], course[0]) if is_bow_on else None
+
+    def _leads_away(self, state: EstimatedState, path_ahead: PathAhead | None) -> bool:
+        """Whether the path that is being sailed leads back from the shoal, and nowhere nearer to it."""
+        path = () if path_ahead is None else path_ahead(_PATH_M)
+        if not path:
+            return False
+        ways_m = [self._towards((north - (state.x_m or 0.0), east - (state.y_m or 0.0))) for north, east in path]
+        return ways_m[-1] < -_AWAY_M and max(ways_m) < _AWAY_M
+
+    def _towards(self, way: tuple[float, float]) -> float:
+        """The part of a way, north and east, that leads towards the shoal."""
+        north, east = self._course or (0.0, 0.0)
+        return way[0] * north + way[1] * east

@@ -1,0 +1,111 @@
+"""What a boat does after the depth guard has stopped her: she keeps her station, backs out when ordered away, and tells the truth."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from mavlink_bridge.language.messages import Action, Mode
+from mavlink_bridge.language.requests import Arm, Reposition, SetHomePosition
+from tests.soaked import in_the_soak
+
+KEEL_M = 0.35
+SLOPE = (
+    "world.bottom.mounds=[]",
+    "world.bottom.depth_m=8.35",
+    "world.bottom.slope.bearing_deg=0",
+    "world.bottom.slope.start_m=40",
+    "world.bottom.slope.gradient=0.25",
+)
+"""Level for 40 m, long enough for any speed, then 1 in 4 up to the shore."""
+LEVEL = ("world.bottom.mounds=[]", "world.bottom.slope.gradient=0", "world.bottom.depth_m=5.35")
+ASTERN_OF_HER = (20.0, 0.0)
+
+
+def setting(current_mps):
+    return f"world.water.current_mps={current_mps}", "world.water.current_to_deg=0"
+
+
+def stopped(voyage, *world, hull="otter", speed_mps=1.5):
+    """A boat at the moment in which the look-ahead stops her on the slope, on item 1 of her plan."""
+    trip = voyage(f"vessel='{hull}'", *SLOPE, *world)
+    assert trip.ask(SetHomePosition(None, None)).reason == ""
+    trip.sail(speed_mps, (120.0, 0.0), (120.0, 60.0))
+    trip.until(lambda: trip.snapshot.action is Action.STOP, 100.0)
+    return trip
+
+
+def order(trip, way):
+    if way is not Mode.GUIDED:
+        return trip.mode(way).reason
+    lat_rad, lon_rad = (math.radians(degrees / 1e7) for degrees in trip.at(*ASTERN_OF_HER))
+    return trip.ask(Reposition(lat_rad, lon_rad)).reason
+
+
+def least_altitude(trip, seconds):
+    least_m = math.inf
+    for _ in range(round(20 * seconds)):
+        trip.step()
+        least_m = min(least_m, trip.truth.depth_m - KEEL_M)
+    return least_m
+
+
+@pytest.mark.parametrize(
+    ("hull", "current_mps", "wait_s"),
+    [("otter", 0.2, 1.0), ("blueboat", 0.3, 4.0), *in_the_soak(("blueboat", 0.2, 1.0), ("otter", 0.0, 8.0))],
+)
+@pytest.mark.parametrize("way", [Mode.HOLD, Mode.RTL, Mode.GUIDED])
+def test_an_order_soon_after_the_stop_keeps_her_off_the_shoal(voyage, hull, current_mps, wait_s, way):
+    """The set carried her on: each order was accepted and stopped again within a second, and she was aground after 90 s."""
+    trip = stopped(voyage, *setting(current_mps), hull=hull)
+    trip.run(wait_s)
+    assert order(trip, way) == ""
+    assert least_altitude(trip, 45.0) >= 4.0
+    assert trip.snapshot.mode is way
+    assert trip.snapshot.action < Action.HOLD
+    if way is not Mode.HOLD:
+        assert trip.truth.north_m < 40.0, "she has backed out, turned, and sails away"
+
+
+@pytest.mark.parametrize("seed", [1, *in_the_soak(2, 3)])
+def test_a_long_swell_over_a_level_bottom_leaves_a_boat_on_her_station(voyage, seed):
+    """It lets her down as fast as a slope would; stopped for that within a minute, she drifted until somebody looked."""
+    swell = ("world.water.wave_height_m=1.5", "world.water.wave_period_s=12")
+    trip = voyage(*LEVEL, *swell, *setting(0.2), seed=seed)
+    trip.ask(Arm(arm=True))
+    assert trip.mode(Mode.HOLD).reason == ""
+    trip.run(150.0)
+    assert trip.snapshot.action < Action.HOLD
+    assert math.hypot(trip.truth.north_m, trip.truth.east_m) < 6.0
+
+
+def test_a_boat_with_way_on_that_is_told_to_hold_is_stopped_before_a_slope_as_ever(voyage):
+    trip = voyage(*SLOPE, "world.bottom.slope.gradient=0.5")
+    trip.sail(2.5, (120.0, 0.0))
+    trip.until(lambda: trip.truth.north_m > 41.5, 60.0)
+    assert trip.snapshot.action is Action.NONE
+    assert trip.mode(Mode.HOLD).reason == ""
+    trip.until(lambda: trip.snapshot.action is Action.STOP, 3.0)
+    trip.run(0.5)
+    assert trip.neutral
+
+
+def test_what_is_measured_stops_a_boat_that_keeps_her_station(voyage):
+    trip = voyage(*LEVEL, *setting(0.2))
+    trip.ask(Arm(arm=True))
+    assert trip.mode(Mode.HOLD).reason == ""
+    trip.run(10.0)
+    trip.world.surroundings.plant.bottom = Falling(trip, from_m=5.35, fall_mps=0.05)
+    trip.until(lambda: "depth_shallow" in trip.snapshot.causes, 60.0)
+    assert trip.snapshot.action is Action.STOP
+
+
+class Falling:
+    """Level ground from which the tide runs off."""
+
+    def __init__(self, trip, from_m, fall_mps):
+        self._trip, self._from_m, self._fall_mps, self._began_s = trip, from_m, fall_mps, trip.now_s
+
+    def depth_at(self, north_m, east_m):
+        return self._from_m - self._fall_mps * (self._trip.now_s - self._began_s)
