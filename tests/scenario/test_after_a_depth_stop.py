@@ -39,8 +39,7 @@ def stopped(voyage, *world, hull="otter", speed_mps=1.5):
 def order(trip, way):
     if way is not Mode.GUIDED:
         return trip.mode(way).reason
-    lat_rad, lon_rad = (math.radians(degrees / 1e7) for degrees in trip.at(*ASTERN_OF_HER))
-    return trip.ask(Reposition(lat_rad, lon_rad)).reason
+    return go_to(trip, *ASTERN_OF_HER)
 
 
 def least_altitude(trip, seconds):
@@ -99,6 +98,23 @@ def test_what_is_measured_stops_a_boat_that_keeps_her_station(voyage):
     trip.world.surroundings.plant.bottom = Falling(trip, from_m=5.35, fall_mps=0.05)
     trip.until(lambda: "depth_shallow" in trip.snapshot.causes, 60.0)
     assert trip.snapshot.action is Action.STOP
+
+
+def test_a_boat_that_is_stopped_by_her_plan_is_not_sent_over_the_same_shoal(voyage):
+    """She was told "order Auto to go on", did, and was locked at 3.4 m."""
+    trip = stopped(voyage)
+    trip.run(12.0)
+    until, over = (
+        "then order Auto with item 1 skipped or the plan changed",
+        "order Auto with item 1 skipped or the plan changed to go on",
+    )
+    assert [text for text in trip.texts if text.endswith(until)]
+    assert [text for text in trip.texts if text.endswith(over)]
+
+
+def go_to(trip, north_m, east_m):
+    lat_rad, lon_rad = (math.radians(degrees / 1e7) for degrees in trip.at(north_m, east_m))
+    return trip.ask(Reposition(lat_rad, lon_rad)).reason
 
 
 class Falling:

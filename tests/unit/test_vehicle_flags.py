@@ -65,6 +65,7 @@ def gathered(
     seen: MonitorFlags | None = None,
     guided: GuidanceOutput | None = None,
     required: bool = False,
+    standing: tuple[str, ...] = (),
     **controls: Any,
 ) -> Flags:
     """Return the flags of a vessel on which all is well but for what is given."""
@@ -75,7 +76,7 @@ def gathered(
         propulsion=SimpleNamespace(flags=thrust or ThrustFlags()),
         traffic=SimpleNamespace(flags=traffic or TrafficFlags()),
     )
-    standing: dict[str, Any] = {
+    usual: dict[str, Any] = {
         "armed": False,
         "terminating": False,
         "decided": Decided(),
@@ -83,12 +84,12 @@ def gathered(
         "goes_on_with": "",
     }
     config = SimpleNamespace(operator=SimpleNamespace(gcs_required=required), failsafe=FailsafeConfig())
-    vessel: Any = SimpleNamespace(parts=parts, config=config, **(standing | controls))
+    vessel: Any = SimpleNamespace(parts=parts, config=config, **(usual | controls))
     inputs = TickInputs(process=process or ProcessFlags())
     sensed = Sensed(0, 0.05, inputs, EstimatedState(0), board=BoardReport(board or BoardFlags()))
     water = GuardOutput(GuardState.OK, 9.0, 9.0, 4.0, flags=depth or DepthFlags())
     guarded = Guarded(water, FenceOutput(FenceStatus(), fence or FenceFlags()), seen or MonitorFlags())
-    return flags_of(vessel, sensed, Pursuit(guided=guided), guarded, at_the_fence=False)
+    return flags_of(vessel, sensed, Pursuit(guided=guided), guarded, standing=standing)
 
 
 FAULTS = {

@@ -44,7 +44,7 @@ class HelmFlags:
     return_shut_off: bool = False
     """The straight way back leads across the fence. Asked only of a vessel that the fence has stopped."""
     resume: str = ""
-    """The mode that a failsafe broke off, by the name that stations show; "" = none."""
+    """The mode that a failsafe broke off, by the name that stations show, and what to change first; "" = none."""
 
 
 @value

@@ -49,9 +49,11 @@ GIVES_WAY: Final = frozenset(("gcs_lost", "radio_lost"))
 
 _UNNAMED: Final = (Order.ARM, Order.BYSTANDER_HOLD)
 """What a text for stations does not offer."""
+_UNADVISED: Final = {"depth_shallow": (Order.AUTO,)}
+"""What it does not offer for one row, obeyed all the same: the item that led onto the shoal leads onto it again."""
 
 
 def names(name: str) -> str:
     """The orders that would go on, for a text: "Return or a go-to"."""
-    allowed = ENDS_STANDING.get(name, frozenset())
-    return " or ".join(order.value for order in Order if order in allowed and order not in _UNNAMED)
+    allowed, unnamed = ENDS_STANDING.get(name, frozenset()), _UNNAMED + _UNADVISED.get(name, ())
+    return " or ".join(order.value for order in Order if order in allowed and order not in unnamed)

@@ -21,7 +21,7 @@ BACK: Final = {
     "heading_lost": "heading is back",
     "depth_locked": "it is deep enough again",
     "depth_shallow": "it is deep enough again",
-    "depth_ahead": "no shallow water is ahead",
+    "depth_ahead": "the boat's way is off",
     "depth_braking": "braking is over",
     "depth_blind": "water depth is known again",
     "fence_ahead": "no fence is ahead",

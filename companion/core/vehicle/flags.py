@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Final
 
 from mavlink_bridge.language.messages import Mode
@@ -18,12 +19,18 @@ _STICKS_COME_US: Final = 10_000_000
 """Who has taken Manual has reached for the sticks by then; where none ever moved, nobody steers."""
 
 
-def flags_of(controls: Controls, sensed: Sensed, course: Pursuit, guarded: Guarded, *, at_the_fence: bool) -> Flags:
-    """Return this tick's flags. ``at_the_fence``: it has stopped the vessel, and no order has come since, or stops her now."""
+_OF_A_SHOAL: Final = frozenset(("depth_ahead", "depth_shallow", "depth_locked", "depth_braking"))
+"""Rows of a vessel that shallow water has stopped."""
+
+
+def flags_of(
+    controls: Controls, sensed: Sensed, course: Pursuit, guarded: Guarded, *, standing: Collection[str]
+) -> Flags:
+    """Return this tick's flags. ``standing``: conditions that hold or have acted, and no order has come since; the fence's, too, that stops her now."""
     parts = controls.parts
-    shut_off = at_the_fence and parts.mission.havens.is_shut_off(sensed.state)
+    shut_off = "fence_ahead" in standing and parts.mission.havens.is_shut_off(sensed.state)
     return Flags(
-        helm=_helm(controls, sensed.now_us, return_shut_off=shut_off),
+        helm=_helm(controls, sensed.now_us, guarded, standing, return_shut_off=shut_off),
         ground=_ground(controls, sensed),
         stop=StopFlags(terminate=controls.terminating, aborted=controls.decided.aborted),
         process=sensed.inputs.process,
@@ -38,7 +45,9 @@ def flags_of(controls: Controls, sensed: Sensed, course: Pursuit, guarded: Guard
     )
 
 
-def _helm(controls: Controls, now_us: int, *, return_shut_off: bool) -> HelmFlags:
+def _helm(
+    controls: Controls, now_us: int, guarded: Guarded, standing: Collection[str], *, return_shut_off: bool
+) -> HelmFlags:
     navigator = controls.parts.navigator
     by_hand = navigator.mode is Mode.MANUAL
     wait_s = navigator.stick_wait_s(now_us) if by_hand else None
@@ -53,8 +62,19 @@ def _helm(controls: Controls, now_us: int, *, return_shut_off: bool) -> HelmFlag
         guided_age_s=navigator.guided_age_s(now_us),
         return_ordered=controls.returns_by_order and navigator.mode is Mode.RTL,
         return_shut_off=return_shut_off,
-        resume=controls.goes_on_with,
+        resume=_resume(controls, guarded, standing),
     )
+
+
+def _resume(controls: Controls, guarded: Guarded, standing: Collection[str]) -> str:
+    """What to order to go on: not the plan's item that led onto a shoal, as it stands."""
+    order, depth = controls.goes_on_with, guarded.depth.flags
+    if order != Mode.AUTO.value:
+        return order
+    by_shoal = depth.depth_ahead or depth.depth_shallow or depth.depth_locked or depth.depth_braking
+    if not by_shoal and _OF_A_SHOAL.isdisjoint(standing):
+        return order
+    return f"{order} with item {controls.parts.mission.seq} skipped or the plan changed"
 
 
 def _ground(controls: Controls, sensed: Sensed) -> GroundFlags:

@@ -294,8 +294,8 @@ class Vehicle:
         controls, config, now_us = self.controls, self.controls.config.failsafe, sensed.now_us
         memory = before.verdict.result.memory
         stops_a_return = guarded.fence.flags.fence_ahead and memory.action is Action.RETURN
-        at_the_fence = stops_a_return or "fence_ahead" in memory.entries
-        flags = flags_of(controls, sensed, course, guarded, at_the_fence=at_the_fence)
+        standing = {*memory.entries, "fence_ahead"} if stops_a_return else memory.entries
+        flags = flags_of(controls, sensed, course, guarded, standing=standing)
         result = failsafe.step(memory, flags, now_us, config)
         verdict = FailsafeVerdict(
             result, outlook(result.memory, flags, now_us, config, result.action) if result.memory.entries else ()
