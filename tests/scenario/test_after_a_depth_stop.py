@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from mavlink_bridge.language.messages import Action, Mode
+from mavlink_bridge.language.messages import Action, GuardState, Mode
 from mavlink_bridge.language.requests import Arm, Reposition, SetHomePosition
 from tests.soaked import in_the_soak
 
@@ -112,6 +112,26 @@ def test_a_boat_that_is_stopped_by_her_plan_is_not_sent_over_the_same_shoal(voya
     assert [text for text in trip.texts if text.endswith(over)]
 
 
+def test_a_boat_that_is_locked_is_told_what_is_true(voyage):
+    """Ten seconds after the lock, while it got shallower, "It is deep enough again: order Hold"; Hold was taken and did nothing."""
+    trip = voyage(*LEVEL)
+    trip.ask(Arm(arm=True))
+    assert trip.mode(Mode.HOLD).reason == ""
+    trip.world.surroundings.plant.bottom = falling = Falling(trip, from_m=4.45, fall_mps=0.01)
+    trip.until(lambda: trip.snapshot.guard is GuardState.LOCKED, 90.0)
+    trip.run(20.0)
+    assert not [text for text in trip.texts if text.startswith("It is deep enough again")]
+    assert trip.mode(Mode.HOLD).reason.startswith("depth guard locked: altitude")
+    assert trip.mode(Mode.MANUAL).reason == ""
+    assert trip.mode(Mode.HOLD).reason == "", "it stops the sticks"
+    falling.rise()
+    trip.until(lambda: trip.snapshot.guard is GuardState.OK, 20.0)
+    trip.run(15.0)
+    assert [text for text in trip.texts if text.startswith("It is deep enough again")] == [
+        "It is deep enough again: stopped: arm again to go on"
+    ]
+
+
 def go_to(trip, north_m, east_m):
     lat_rad, lon_rad = (math.radians(degrees / 1e7) for degrees in trip.at(north_m, east_m))
     return trip.ask(Reposition(lat_rad, lon_rad)).reason
@@ -125,3 +145,7 @@ class Falling:
 
     def depth_at(self, north_m, east_m):
         return self._from_m - self._fall_mps * (self._trip.now_s - self._began_s)
+
+    def rise(self):
+        """The flood, at once."""
+        self._from_m, self._fall_mps = 8.0, 0.0

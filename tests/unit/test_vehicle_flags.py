@@ -124,6 +124,7 @@ BY_CAUSE: dict[str, dict[str, Any]] = {
     "aborted": {"decided": Decided(aborted=True)},
     "return_ordered": {"returns_by_order": True, "helm": Helm(Mode.RTL)},
     "resume": {"goes_on_with": "Auto"},
+    "awaits_arming": {"standing": ("depth_locked",)},
     "terminate": {"terminating": True},
     "gcs_required": {"required": True},
     "gcs_age_s": {"ages": Ages(gcs_s=1.5)},

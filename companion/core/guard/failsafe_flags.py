@@ -45,6 +45,8 @@ class HelmFlags:
     """The straight way back leads across the fence. Asked only of a vessel that the fence has stopped."""
     resume: str = ""
     """The mode that a failsafe broke off, by the name that stations show, and what to change first; "" = none."""
+    awaits_arming: bool = False
+    """The depth lock has stopped the vessel, and nothing but a re-arm goes on."""
 
 
 @value

@@ -114,6 +114,7 @@ TABLE: Final[tuple[Condition, ...]] = (
         S,
         "too shallow: a correcting manoeuvre is allowed",
         lambda f: f.depth.depth_shallow,
+        stands=lambda f: f.depth.depth_shallow or f.depth.depth_locked or f.helm.awaits_arming,
         takeover=Takeover.ORDER,
         floor=S,
         delay_max_s=0,

@@ -63,6 +63,7 @@ def _helm(
         return_ordered=controls.returns_by_order and navigator.mode is Mode.RTL,
         return_shut_off=return_shut_off,
         resume=_resume(controls, guarded, standing),
+        awaits_arming="depth_locked" in standing,
     )
 
 

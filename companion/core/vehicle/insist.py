@@ -76,6 +76,7 @@ TABLE: Final = (
         "go-to, orbit", "the target lies farther away than a leg may be", "a target nearer home passes", FAR_TARGET
     ),
     Refusal("any order to move", "the depth guard is locked", "refuses", UNLOCK),
+    Refusal("Hold", "the depth guard is locked, and has stopped the vessel", "refuses; it stops sticks", UNLOCK),
     Refusal("any order to move", "water depth unknown, and depth.required is set", "Return passes", REQUIRED),
     Refusal("any order to move", "a failsafe disarmed the vessel", "refuses", "arm again"),
     Refusal(

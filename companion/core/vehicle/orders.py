@@ -51,7 +51,15 @@ from ..hull.statics import throttle_to_speed, top_speed_mps
 from . import insist
 from .arming import LeftOrder
 from .controls import Controls
-from .refusals import far_refusal, motion_refusal, prearm_reasons, start_refusal, target_refusal, trial_area
+from .refusals import (
+    far_refusal,
+    hold_refusal,
+    motion_refusal,
+    prearm_reasons,
+    start_refusal,
+    target_refusal,
+    trial_area,
+)
 
 
 def _reply(refusal: str, result: Result = Result.REJECTED_NOW) -> Reply:
@@ -87,6 +95,8 @@ class Orders:
         refusal = controls.parts.operators.objection(body, station, now_us, manual=by_hand)
         if not refusal and body.nature.moves:
             refusal = motion_refusal(controls, now_us, order)
+        if not refusal and order is Order.HOLD and isinstance(body, SetMode | PausePlan):
+            refusal = hold_refusal(controls, now_us)
         if refusal:
             return Reply(Result.REJECTED_NOW, refusal)
         if order is not None:

@@ -230,3 +230,11 @@ def motion_refusal(controls: Controls, now_us: int, order: Order | None = None) 
         return f"{depth}; {insist.UNLOCK if controls.parts.guard.state is GuardState.LOCKED else insist.REQUIRED}"
     memory = controls.last.verdict.result.memory
     return failsafe.barring(memory, now_us, controls.config.failsafe, order, by_hand=insist.MANUAL)
+
+
+def hold_refusal(controls: Controls, now_us: int) -> str:
+    """Return why a Hold would hold nothing: the depth lock has stopped the vessel. Sticks that still move her are stopped by it."""
+    by_hand = controls.parts.navigator.mode is Mode.MANUAL
+    if by_hand or not (controls.armed and controls.last.guarded.depth.flags.depth_locked):
+        return ""
+    return f"{controls.parts.guard.refusal(now_us)}; {insist.UNLOCK}"
