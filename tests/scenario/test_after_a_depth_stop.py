@@ -7,7 +7,7 @@ import math
 import pytest
 
 from mavlink_bridge.language.messages import Action, GuardState, Mode
-from mavlink_bridge.language.requests import Arm, Reposition, SetHomePosition
+from mavlink_bridge.language.requests import Arm, Reposition, SetHomePosition, StartPlan
 from tests.soaked import in_the_soak
 
 KEEL_M = 0.35
@@ -98,6 +98,40 @@ def test_what_is_measured_stops_a_boat_that_keeps_her_station(voyage):
     trip.world.surroundings.plant.bottom = Falling(trip, from_m=5.35, fall_mps=0.05)
     trip.until(lambda: "depth_shallow" in trip.snapshot.causes, 60.0)
     assert trip.snapshot.action is Action.STOP
+
+
+def lies_blind(voyage, *world):
+    """A boat that was stopped soundly, and whose sounder has fallen silent since."""
+    trip = stopped(voyage, *world)
+    trip.run(8.0)
+    trip.faults.depth_silent = True
+    trip.run(8.0)
+    return trip
+
+
+def test_without_a_sounder_no_order_leads_over_the_shoal_that_stopped_her(voyage):
+    """She was told that no shallow water is ahead, and the next Auto put her aground at full speed."""
+    trip = lies_blind(voyage)
+    told = [text for text in trip.texts if "shallow water is ahead" in text.lower()]
+    assert not told
+    assert "Nothing is known of the way ahead: sounder silent" in trip.texts
+    for there in (trip.mode(Mode.AUTO).reason, trip.ask(StartPlan(2)).reason, go_to(trip, 90.0, 10.0)):
+        assert there.startswith("nothing is known of the way ahead: sounder silent")
+    assert trip.mode(Mode.RTL).reason == ""
+    assert least_altitude(trip, 40.0) >= 4.0
+    assert trip.truth.north_m < 45.0, "the way that she came by is known"
+    assert trip.mode(Mode.AUTO).reason.startswith("nothing is known"), "from afar too"
+    trip.faults.depth_silent = False
+    trip.run(25.0)
+    assert trip.mode(Mode.AUTO).reason == "", "who hears the bottom may look again"
+
+
+def test_a_policy_that_goes_slow_without_a_sounder_stops_at_the_shoal_it_knows(voyage):
+    trip = lies_blind(voyage, "depth.unknown_policy=slow")
+    assert trip.mode(Mode.AUTO).reason == ""
+    assert least_altitude(trip, 30.0) >= 3.85
+    assert trip.snapshot.action is Action.STOP
+    assert "Shallow water ahead (reckoned, sounder silent): stopping" in trip.texts
 
 
 def test_a_boat_that_is_stopped_by_her_plan_is_not_sent_over_the_same_shoal(voyage):

@@ -78,6 +78,12 @@ TABLE: Final = (
     Refusal("any order to move", "the depth guard is locked", "refuses", UNLOCK),
     Refusal("Hold", "the depth guard is locked, and has stopped the vessel", "refuses; it stops sticks", UNLOCK),
     Refusal("any order to move", "water depth unknown, and depth.required is set", "Return passes", REQUIRED),
+    Refusal(
+        "Auto, Return, go-to, orbit",
+        "the way there leads over the shoal that stopped the vessel, and the sounder is silent",
+        "refuses; sailed with depth.unknown_policy = slow",
+        MANUAL,
+    ),
     Refusal("any order to move", "a failsafe disarmed the vessel", "refuses", "arm again"),
     Refusal(
         "any order to move",

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Final
 
 from mavlink_bridge.language.geodesy import inverse
-from mavlink_bridge.language.messages import GuardState, Mode, PlanState
+from mavlink_bridge.language.messages import Goto, GuardState, Loiter, Mode, PlanState
 from mavlink_bridge.language.points import LatLon, NorthEast
 from mavlink_bridge.language.requests import LoadPlan
 from mavlink_bridge.language.trials import SeaTrial, TrialOrder
@@ -87,7 +87,26 @@ def start_refusal(controls: Controls, first: int | None = None, *, from_here: bo
     )
     fence = controls.parts.plan_fence.refusal(controls.state, first, from_here=from_here)
     refusal = f"{fence}; {insist.FENCE}" if fence and from_here else fence
-    return refusal or (controls.reach_refusal(first) if from_here else "")
+    if refusal or not from_here:
+        return refusal
+    return blind_refusal(controls, _first_point(controls, first)) or controls.reach_refusal(first)
+
+
+def _first_point(controls: Controls, first: int) -> LatLon | None:
+    """Where a plan leads first from an item on; None = nowhere."""
+    for item in controls.parts.mission.plan.maneuvers[first:]:
+        if isinstance(item, Goto | Loiter):
+            return LatLon((item.lat_rad, item.lon_rad))
+    return None
+
+
+def blind_refusal(controls: Controls, target: LatLon | None) -> str:
+    """Return why a target is refused while the sounder is silent: the way there leads over the shoal that stopped the vessel."""
+    origin = controls.parts.estimator.origin
+    if target is None or origin is None:
+        return ""
+    why = controls.parts.guard.blind_refusal(controls.sensed.now_us, controls.state, origin.to_local(*target))
+    return f"{why}; {insist.MANUAL}" if why else ""
 
 
 def target_refusal(controls: Controls, lat_rad: float | None, lon_rad: float | None) -> str:
@@ -97,6 +116,8 @@ def target_refusal(controls: Controls, lat_rad: float | None, lon_rad: float | N
     shallow = controls.parts.guard.check_plan([PlanLeg(0, ((lat_rad, lon_rad),))])
     if shallow is not None and not _leads_home(controls, LatLon((lat_rad, lon_rad))):
         return f"the target: {shallow.reason}; {insist.CHART}"
+    if blind := blind_refusal(controls, LatLon((lat_rad, lon_rad))):
+        return blind
     if not controls.parts.fence.enabled or controls.parts.estimator.origin is None:
         return ""
     inside_m = controls.parts.fence.distance_m(
@@ -228,6 +249,9 @@ def motion_refusal(controls: Controls, now_us: int, order: Order | None = None) 
     depth = "" if way_back else controls.parts.guard.activation(now_us)
     if depth:
         return f"{depth}; {insist.UNLOCK if controls.parts.guard.state is GuardState.LOCKED else insist.REQUIRED}"
+    haven = controls.parts.mission.havens.nearest(controls.state) if order is Order.RETURN else None
+    if haven is not None and (blind := blind_refusal(controls, haven.point)):
+        return blind
     memory = controls.last.verdict.result.memory
     return failsafe.barring(memory, now_us, controls.config.failsafe, order, by_hand=insist.MANUAL)
 

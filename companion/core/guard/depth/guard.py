@@ -12,6 +12,7 @@ from dataclasses import field
 from typing import Final
 
 from mavlink_bridge.language.messages import Distance, EstimatedState, GuardState, Severity
+from mavlink_bridge.language.points import NorthEast
 from mavlink_bridge.language.value import value
 
 from ...hull.geometry import HullGeometry
@@ -25,12 +26,11 @@ from .lookahead import PathAhead, StoppingDistance
 from .memory import DepthMemory
 from .own_way import headway_mps
 from .pace import SounderPace
-from .shoal import AT_SEA, Going, MetShoal
+from .shoal import AT_SEA, BLIND, Going, MetShoal
+from .states import CORRECTION, EPS_M, LOCKED, OK, UNKNOWN, next_state
 
 __all__ = ["DepthFlags", "DepthGuard", "DepthGuardConfig", "GuardOutput", "next_state"]
 
-_EPS_M: Final = 1e-9
-"""Sums of floats at the limit are equal to it within this."""
 _UNKNOWN_AFTER_S: Final = 5.0
 """A sounder may lose the bottom for as long under bubbles and in weed."""
 _SEEN_LATE_S: Final = 0.1
@@ -44,8 +44,6 @@ _FAR_MARGINS: Final = 3.0
 """So many margins below the least altitude three readings lock at once, whatever their noise."""
 _START_S: Final = 3.0
 """A sounder may take so long to speak, and the filter to fill, before it is called lost."""
-
-UNKNOWN, OK, CORRECTION, LOCKED = GuardState.UNKNOWN, GuardState.OK, GuardState.CORRECTION, GuardState.LOCKED
 
 
 @value
@@ -92,24 +90,6 @@ class GuardOutput:
     texts: tuple[tuple[Severity, str], ...] = field(default=())
 
 
-def next_state(
-    state: GuardState, altitude_m: float | None, min_m: float, minimum_margin_m: float, good_margin_m: float
-) -> GuardState:
-    """One transition of the guard's table (vessel-control §5.2; unknown: architecture-study §4.8). Pure.
-
-    "Below" is strict, "good" includes equality; both within 1e-9 m, so that decimal thresholds behave.
-    """
-    if altitude_m is None:
-        return LOCKED if state is LOCKED else UNKNOWN
-    if altitude_m >= min_m + good_margin_m - _EPS_M:
-        return OK
-    if state is LOCKED or altitude_m < min_m - minimum_margin_m - _EPS_M:
-        return LOCKED
-    if state is OK and altitude_m >= min_m - _EPS_M:
-        return OK
-    return CORRECTION
-
-
 class DepthGuard:
     """Holds the input chain and the state. Call ``measure`` for each reading and ``step`` each tick."""
 
@@ -142,6 +122,7 @@ class DepthGuard:
         self._minimum_margin_m = config.minimum_margin_m
         self._datum_offset_m = config.datum_offset_m(self._keel_m)
         self._slows_when_lost = config.unknown_policy == "slow"
+        self._shoal.configure(config)
         self.input.configure(config.input)
         self._ahead.configure(config)
 
@@ -238,10 +219,14 @@ class DepthGuard:
             path_ahead=path_ahead,
             stopping_distance_fn=self._way_fn(now_us, stopping_distance_fn, braking),
         )
+        is_measured = ahead.stop
+        is_good = None if altitude_m is None else self.state is OK
+        ahead, told = self._shoal.look(ahead, state, path_ahead, stopping_distance_fn, is_good=is_good)
+        texts += told
         judged = self._shoal.judge(state, path_ahead, going, stop=loops_active and ahead.stop, by_place=ahead.by_place)
         stop_ahead = judged.stop
-        if state is not None and (stop_ahead or (loops_active and entered)):
-            self._shoal.meet(state, self._room_m(ahead, altitude_m), self._ahead.slope(now_us))
+        if loops_active and (entered or (stop_ahead and is_measured)):
+            self._shoal.meet(state, altitude_m, ahead, self._ahead.slope(now_us))
         texts += self._ahead.told(stop_ahead, ahead, state, goes_on=now_us < self._brake_until_us + _BRAKE_REST_US)
         brake = self._brakes(now_us, state, braking if loops_active else None, begins=entered or stop_ahead)
         return GuardOutput(
@@ -254,28 +239,32 @@ class DepthGuard:
             slow_to_mps=self._slow_to_mps(ahead, is_lost=lost_s is not None),
             neutral=self._doubts,
             back_rad=judged.back_rad,
-            flags=DepthFlags(
-                depth_shallow=self._shallow and not brake,
-                depth_locked=self.state is LOCKED and not self._unlocked and not brake,
-                depth_ahead=stop_ahead and not brake,
-                depth_braking=brake,
-                depth_lost=lost_s is not None,
-                depth_blind=lost_s is not None and lost_s >= _UNKNOWN_AFTER_S and self._stops_when_unknown(),
-            ),
+            flags=self._flags(lost_s, stop=stop_ahead, brake=brake),
             closing_mps=ahead.closing_mps,
             map_least_m=ahead.map_least_m,
             texts=tuple(texts),
         )
 
+    def _flags(self, lost_s: float | None, *, stop: bool, brake: bool) -> DepthFlags:
+        return DepthFlags(
+            depth_shallow=self._shallow and not brake,
+            depth_locked=self.state is LOCKED and not self._unlocked and not brake,
+            depth_ahead=stop and not brake,
+            depth_braking=brake,
+            depth_lost=lost_s is not None,
+            depth_blind=lost_s is not None and lost_s >= _UNKNOWN_AFTER_S and self._stops_when_unknown(),
+        )
+
+    def blind_refusal(self, now_us: int, state: EstimatedState, target: NorthEast) -> str:
+        """Why a target is not sailed to: the way there leads over a shoal that nobody sees now; or "". Going slow is let through."""
+        is_seen = self.input.altitude_m(now_us) is not None
+        if is_seen or not self._shoal.minds_silence or self._slows_when_lost:
+            return ""
+        return BLIND if self._shoal.bars(state, target) else ""
+
     def _slow_to_mps(self, ahead: DepthLook, *, is_lost: bool) -> float | None:
         """The speed that is left to the vessel; None = any."""
         return self._config.unknown_speed_mps if is_lost and self._slows_when_lost else ahead.slow_to_mps
-
-    def _room_m(self, ahead: DepthLook, altitude_m: float | None) -> float:
-        """Water left above the least altitude: as read, or as reckoned without a sounder."""
-        if altitude_m is not None:
-            return altitude_m - self._min_m
-        return 0.0 if ahead.left_s is None else ahead.left_s * ahead.closing_mps
 
     def startup_warning(self, coasting_fn: StoppingDistance, braking: Braking | None = None) -> str:
         """Say on which slopes the margins allow a correction at all (vessel-control §5.4)."""
@@ -300,7 +289,7 @@ class DepthGuard:
         self.state = new
         if new is OK:
             self._shallow = self._unlocked = False
-        below = altitude_m is not None and altitude_m < min_m - _EPS_M
+        below = altitude_m is not None and altitude_m < min_m - EPS_M
         locks = new is LOCKED and old is not LOCKED
         corrects = new is CORRECTION and below and not self._shallow
         if locks:
