@@ -195,8 +195,7 @@ class DepthGuard:
         """Evaluate the guard for this tick.
 
         ``path_ahead``: gives the path that is being sailed; None = straight on. ``stopping_distance_fn``: by coasting.
-        ``going``: what else she is about.
-        ``braking``: what thrust astern does, for when ``brake`` is set; None = nobody knows, and nothing brakes.
+        ``going``: what else she is about. ``braking``: what thrust astern does where ``brake`` is set; None = nothing brakes.
         """
         if self._started_us is None:
             self._started_us = now_us
@@ -211,23 +210,21 @@ class DepthGuard:
         self._refused = False
         lost_s = None if altitude_m is not None else self._lost_for_s(now_us)
         self._ahead.correcting = self.state is CORRECTION
+        way_fn = self._way_fn(now_us, stopping_distance_fn, braking)
         ahead = self._ahead.look(
-            now_us,
-            state,
-            altitude_m,
-            source=self.input,
-            path_ahead=path_ahead,
-            stopping_distance_fn=self._way_fn(now_us, stopping_distance_fn, braking),
+            now_us, state, altitude_m, source=self.input, path_ahead=path_ahead, stopping_distance_fn=way_fn
         )
-        is_measured = ahead.stop
-        is_good = None if altitude_m is None else self.state is OK
+        is_measured, is_good = ahead.stop, None if altitude_m is None else self.state is OK
         ahead, told = self._shoal.look(ahead, state, path_ahead, stopping_distance_fn, is_good=is_good)
         texts += told
+        is_braked = now_us < self._brake_until_us + _BRAKE_REST_US
+        # A stop that begins with the brake ends in neutral: what holds a place meanwhile is nobody's order.
+        going = AT_SEA if is_braked else going
         judged = self._shoal.judge(state, path_ahead, going, stop=loops_active and ahead.stop, by_place=ahead.by_place)
         stop_ahead = judged.stop
         if loops_active and (entered or (stop_ahead and is_measured)):
             self._shoal.meet(state, altitude_m, ahead, self._ahead.slope(now_us))
-        texts += self._ahead.told(stop_ahead, ahead, state, goes_on=now_us < self._brake_until_us + _BRAKE_REST_US)
+        texts += self._ahead.told(stop_ahead, ahead, state, goes_on=is_braked)
         brake = self._brakes(now_us, state, braking if loops_active else None, begins=entered or stop_ahead)
         return GuardOutput(
             state=self.state,
