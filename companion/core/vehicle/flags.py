@@ -26,7 +26,7 @@ _OF_A_SHOAL: Final = frozenset(("depth_ahead", "depth_shallow", "depth_locked", 
 def flags_of(
     controls: Controls, sensed: Sensed, course: Pursuit, guarded: Guarded, *, standing: Collection[str]
 ) -> Flags:
-    """Return this tick's flags. ``standing``: conditions that hold or have acted, and no order has come since; the fence's, too, that stops her now."""
+    """Return this tick's flags. ``standing``: conditions that hold or have acted, and no order has come since."""
     parts = controls.parts
     shut_off = "fence_ahead" in standing and parts.mission.havens.is_shut_off(sensed.state)
     return Flags(

@@ -6,7 +6,8 @@ the next tick read; what a step needs of the tick before it takes from there.
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import field, replace
+from typing import Final
 
 from mavlink_bridge.language.messages import (
     Action,
@@ -29,6 +30,9 @@ from ..guard.monitors import MonitorFlags
 from ..guide import GuidanceOutput
 from .config import TickInputs
 from .navigator import Intent
+
+_BACK_MPS: Final = -0.4
+"""Backing out from a shoal: as fast as station keeping goes astern."""
 
 
 @value
@@ -59,6 +63,19 @@ class Pursuit:
     """What guidance said; None where no path is sailed."""
     generation: int | None = None
     """The number of the leg that guidance sails."""
+
+    def over(self, depth: GuardOutput) -> Pursuit:
+        """What is left of it over the water that the guard has found."""
+        desired, slow, back_rad = self.desired, depth.slow_to_mps, depth.back_rad
+        if desired is None:
+            return self
+        if depth.neutral:
+            return replace(self, desired=Desired(None, None))
+        if back_rad is not None and desired.psi_rad is not None:
+            return replace(self, desired=Desired(back_rad, _BACK_MPS, brake=True, gentle=True))
+        if slow is None or desired.speed_mps is None:
+            return self
+        return replace(self, desired=replace(desired, speed_mps=min(slow, desired.speed_mps)))
 
 
 @value

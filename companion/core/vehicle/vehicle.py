@@ -54,8 +54,6 @@ _COURSE_MPS: Final = 0.5
 _ASTERN: Final = -1.0
 """The guard's braking: all that the thrusters have; the gate keeps it within the hull's limits."""
 _LOW: Final = "the battery is low, and the next run asks for full thrust"
-_BACK_MPS: Final = -0.4
-"""Backing out from a shoal: as fast as station keeping goes astern."""
 _REVERSED: Final = "pushes against what it is told (suspected): look at its wiring and its propeller"
 _MIRRORED: Final = (
     "The helm turns the boat the wrong way (suspected): thrusters changed over, or a rudder servo mirrored"
@@ -206,15 +204,7 @@ class Vehicle:
                 course = self._sail(sensed, intent, before)
             case _:
                 assert_never(intent)
-        depth, desired = before.guarded.depth, course.desired
-        slow, back_rad = depth.slow_to_mps, depth.back_rad
-        if depth.neutral and desired is not None:
-            return replace(course, desired=Desired(None, None))
-        if back_rad is not None and desired is not None and desired.psi_rad is not None:
-            return replace(course, desired=Desired(back_rad, _BACK_MPS, brake=True, gentle=True))
-        if slow is None or desired is None or desired.speed_mps is None:
-            return course
-        return replace(course, desired=replace(desired, speed_mps=min(slow, desired.speed_mps)))
+        return course.over(before.guarded.depth)
 
     def _heading(self, sensed: Sensed, intent: Steer) -> Desired:
         """A heading as it is; a course as the heading that makes it good, by what wind and current do now."""

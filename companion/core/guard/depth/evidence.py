@@ -1,4 +1,5 @@
-"""Whether the water is proven to be less than the lock needs, or only the sounder's noise says so.
+"""The states of the guard with the table of its transitions (vessel-control §5.2), and whether the water is proven to be less than the
+lock needs, or only the sounder's noise says so.
 
 The step from correction to locked ends an operator's manoeuvre, so it waits for evidence where waiting is harmless. Proven is a mean
 of 0.8 s that lies 1.8 sigma below the lock: at a true altitude on the lock itself noise reaches that once in millions of means,
@@ -12,8 +13,11 @@ from collections import deque
 from collections.abc import Sequence
 from typing import Final
 
+from mavlink_bridge.language.messages import GuardState
+
 from .input import Altitude, reading_sigma_m
 
+UNKNOWN, OK, CORRECTION, LOCKED = GuardState.UNKNOWN, GuardState.OK, GuardState.CORRECTION, GuardState.LOCKED
 _WINDOW_US: Final = 800_000
 """Below the 1 s that a lock may take, tick and filter included."""
 _ENOUGH: Final = 3
@@ -22,7 +26,7 @@ _SIGMAS: Final = 1.8
 """One sounding of good water in twenty-eight reads so far down; three in a row, one in twenty thousand."""
 _CLEAR: Final = 2.0
 """Times the noise of a reading, four times that of the median of five: at the seed's margins 4.2 m, which its own test calls good."""
-_EPS_M: Final = 1e-9
+EPS_M: Final = 1e-9
 """Sums of decimal metres differ by less; 4.0 + 0.1 is 4.1."""
 _KEPT: Final = 32
 """Readings that the noise is estimated from: 3 s at 10 Hz."""
@@ -36,6 +40,24 @@ _CAP: Final = 2.0
 """Times the sensor file's noise: a chop that the differences do not remove must not open the lock further."""
 _SECOND_DIFFERENCE: Final = 6.0
 """Variance of z[i+1] - 2 z[i] + z[i-1] over that of z. A slope leaves none, heave of 3 s and 0.1 m at 10 Hz 4 mm."""
+
+
+def next_state(
+    state: GuardState, altitude_m: float | None, min_m: float, minimum_margin_m: float, good_margin_m: float
+) -> GuardState:
+    """One transition of the guard's table (vessel-control §5.2; unknown: architecture-study §4.8). Pure.
+
+    "Below" is strict, "good" includes equality; both within 1e-9 m, so that decimal thresholds behave.
+    """
+    if altitude_m is None:
+        return LOCKED if state is LOCKED else UNKNOWN
+    if altitude_m >= min_m + good_margin_m - EPS_M:
+        return OK
+    if state is LOCKED or altitude_m < min_m - minimum_margin_m - EPS_M:
+        return LOCKED
+    if state is OK and altitude_m >= min_m - EPS_M:
+        return OK
+    return CORRECTION
 
 
 class LockEvidence:
@@ -65,10 +87,10 @@ class LockEvidence:
 
         Good by luck ends a correction while its vessel still turns, and the next low reading stops her once more.
         """
-        if filtered_m >= good_m + _CLEAR * self.sigma_m(reading_sigma_m(least_sigma_m, filtered_m)) - _EPS_M:
+        if filtered_m >= good_m + _CLEAR * self.sigma_m(reading_sigma_m(least_sigma_m, filtered_m)) - EPS_M:
             return True
         recent = self._recent(2 * _WINDOW_US)
-        return len(recent) < _ENOUGH or math.fsum(recent) / len(recent) >= good_m - _EPS_M
+        return len(recent) < _ENOUGH or math.fsum(recent) / len(recent) >= good_m - EPS_M
 
     def _recent(self, window_us: int) -> list[float]:
         readings = self._readings

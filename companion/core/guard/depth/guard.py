@@ -19,15 +19,14 @@ from ...hull.geometry import HullGeometry
 from ...hull.stopping import Braking
 from .ahead import DepthAhead, DepthLook
 from .config import DepthGuardConfig
-from .evidence import LockEvidence
+from .evidence import CORRECTION, EPS_M, LOCKED, OK, UNKNOWN, LockEvidence, next_state
 from .grid import DepthGrid, PlanLeg, PlanProblem, check_plan, unknown_share
 from .input import DepthInput
 from .lookahead import PathAhead, StoppingDistance
 from .memory import DepthMemory
-from .own_way import headway_mps
 from .pace import SounderPace
 from .shoal import AT_SEA, BLIND, Going, MetShoal
-from .states import CORRECTION, EPS_M, LOCKED, OK, UNKNOWN, next_state
+from .ways import headway_mps
 
 __all__ = ["DepthFlags", "DepthGuard", "DepthGuardConfig", "GuardOutput", "next_state"]
 

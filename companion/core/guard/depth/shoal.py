@@ -19,8 +19,7 @@ from mavlink_bridge.language.value import value
 from .ahead import DepthLook
 from .config import DepthGuardConfig
 from .lookahead import PathAhead, StoppingDistance
-from .own_way import own_way
-from .ways import ways
+from .ways import own_way, ways
 
 STILL_MPS: Final = 0.5
 """Way of her own below this is what keeping a station takes: thrust astern takes it off within a metre or two."""
