@@ -75,3 +75,16 @@ def test_what_is_no_number_is_named_and_nothing_is_done(
     said = refused(words, capsys)
     assert next(word for word in words if word.startswith("--") and word not in ("--url", "--yes")) in said
     assert [path.name for path in tmp_path.iterdir()] == ["x.xyz"]
+
+
+@pytest.mark.parametrize(
+    "words", [["--duration", "1e39"], ["--duration", "1e99"], ["--radius", "1e39"], ["--speed", "1e39"]]
+)
+def test_a_number_that_no_plan_can_be_sent_with_is_refused_by_its_item(
+    words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    said = refused([*MAKE, *words], capsys)
+    assert said.startswith("plan make: 1 mistake(s)\n  item 0 (")
+    assert "100000 m\n" in said or " is outside 0 to " in said
+    assert list(tmp_path.iterdir()) == []

@@ -190,7 +190,8 @@ def compile_items(items: Sequence[PlanItem], limits: PlanLimits = DEFAULT_LIMITS
     maneuvers = tuple(result for result in results if not isinstance(result, PlanError))
     if not errors:
         errors = _jump_errors(maneuvers)
-    return Compiled(imc.PlanSpecification(maneuvers, plan_id(items)), tuple(errors))
+    # what is refused has no number: what makes it wrong may be what no plan can be sent with
+    return Compiled(imc.PlanSpecification(maneuvers, 0 if errors else plan_id(items)), tuple(errors))
 
 
 def _takes_time(maneuver: imc.Maneuver) -> bool:
