@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import ipaddress
 import socket
 from collections.abc import Iterator
 from pathlib import Path
@@ -140,18 +141,37 @@ def _not_ours(settings: Settings) -> Iterator[str]:
 def _closed(shown: str, host: str, port: int) -> Iterator[str]:
     if _is_foreign(host):
         yield f"{shown}: this computer has no such address now; 0.0.0.0 listens at all that it has"
+    if _is_strange(host):
+        yield f"{shown}: {host!r} is not this computer's name; give an address that it has, or 0.0.0.0 for all"
     first = int(_RESERVED_PORTS.read_text()) if _RESERVED_PORTS.exists() else 0
     if 0 < port < first:
         yield f"{shown}: ports below {first} are for root, and the service is not; choose another port"
 
 
-def _is_foreign(host: str) -> bool:
-    """Whether an address is another computer's, or of an interface that is not up. A name is looked up by nobody here."""
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+def _is_address(host: str) -> bool:
     try:
-        socket.inet_pton(family, host)
-    except OSError:
+        ipaddress.ip_address(host)
+    except ValueError:
         return False
+    return True
+
+
+def _is_strange(host: str) -> bool:
+    """Whether a name is not this computer's. Nobody is asked for it: that may take its time."""
+    if not host or _is_address(host):
+        return False
+    return _first(host) not in ("localhost", _first(socket.gethostname()))
+
+
+def _first(host: str) -> str:
+    return host.partition(".")[0].lower()
+
+
+def _is_foreign(host: str) -> bool:
+    """Whether an address is another computer's, or of an interface that is not up."""
+    if not _is_address(host):
+        return False
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
     with socket.socket(family, socket.SOCK_DGRAM) as trial:
         try:
             trial.bind((host, 0))

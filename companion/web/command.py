@@ -5,10 +5,13 @@ from __future__ import annotations
 import argparse
 import asyncio
 import contextlib
+import errno
 import gzip
 import json
 import logging
+import os
 import signal
+import socket
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -29,6 +32,8 @@ DEPTHS_S: Final = 30.0
 """Between two looks into the store."""
 DEPTHS_SHARE: Final = 0.05
 """Of the time at most goes into looking: a large store is looked into less often."""
+_OF_THE_PORT: Final = (errno.EADDRINUSE, errno.EACCES)
+"""What a computer says of a port that another listens on, or that is kept for root; anything else is the address's."""
 log = logging.getLogger(__name__)
 
 
@@ -50,9 +55,19 @@ def command(arguments: argparse.Namespace) -> int:
     try:
         asyncio.run(serve(settings, found))
     except OSError as error:
-        where = f"{settings.page.bind}:{settings.page.port}"
-        raise OSError(error.errno, f"cannot serve at {where}: {error.strerror}; choose another page.port") from None
+        raise OSError(error.errno, _not_served(settings, error)) from None
     return 0
+
+
+def _not_served(settings: Settings, error: OSError) -> str:
+    """Why nothing is served, and which key mends it. Who looks up names counts his reasons by himself, and says them in words."""
+    bind, port = settings.page.bind, settings.page.port
+    reason = error.strerror or str(error)
+    if error.errno and not isinstance(error, socket.gaierror):
+        reason = os.strerror(error.errno)
+    if error.errno in _OF_THE_PORT:
+        return f"page.port = {port}: cannot serve at {bind}: {reason}; choose another page.port"
+    return f"page.bind = {bind!r}: cannot serve there: {reason}; give an address of this computer, or 0.0.0.0 for all"
 
 
 async def serve(settings: Settings, found: list[Path], ready: Callable[[int], None] = lambda port: None) -> None:

@@ -7,6 +7,7 @@ import json
 import os
 import random
 import re
+import socket
 import stat
 from http import HTTPStatus
 from pathlib import Path
@@ -14,6 +15,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings, strategies as st
 
+import config
 from companion.cli import main
 from companion.io.keeping.keys import page_key_from_passphrase
 from companion.status.picture import fields_of, picture_of
@@ -189,6 +191,26 @@ def test_the_page_is_small_whole_and_names_no_other_place() -> None:
     assert re.findall(r"https?://|//[a-z]+\.|@import|url\(|<link|<img| src=", text) == []
     assert "script-src 'sha256-" in made.plain.headers["Content-Security-Policy"]
     assert "emergency stop" not in text.lower()
+
+
+@pytest.mark.parametrize("bind", ["192.0.2.1", "no-such-boat.invalid"])
+def test_an_address_that_is_not_this_computers_is_named_by_its_key(
+    bind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["web", str(config.path("sim.toml")), "--vessel", str(tmp_path), "--set", f"page.bind={bind}"]
+    assert main([*words, "--set", "page.port=0"]) == 1
+    said = capsys.readouterr().err
+    assert said.startswith(f"page.bind = '{bind}': cannot serve there: ")
+    assert said.endswith("; give an address of this computer, or 0.0.0.0 for all\n")
+
+
+def test_a_port_that_another_listens_on_is_named_by_its_key(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        port = other.getsockname()[1]
+        words = ["web", str(config.path("sim.toml")), "--vessel", str(tmp_path), "--set", f"page.port={port}"]
+        assert main(words) == 1
+    said = capsys.readouterr().err
+    assert said == f"page.port = {port}: cannot serve at 127.0.0.1: Address already in use; choose another page.port\n"
 
 
 def test_a_key_of_words_is_made_for_the_page(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

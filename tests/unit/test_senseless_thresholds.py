@@ -119,6 +119,11 @@ TOLD = {
         "no such address now",
     ),
     "a page at another's address": (("", '[page]\nbind = "192.0.2.1" # <<'), "page.bind = '192.0.2.1'"),
+    "a page at another's name": (("", '[page]\nbind = "banana" # <<'), "page.bind = 'banana'", "0.0.0.0 for all"),
+    "a door at another's name": (
+        (SDK, 'url = "tcp-listen://banana:5760" # <<\nlink_class = "telemetry"'),
+        "'banana' is not this computer's name",
+    ),
 }
 NOTED = {
     # what does nothing beside the others: NOTE
