@@ -6,6 +6,7 @@ import argparse
 import base64
 import getpass
 import os
+import shlex
 import sys
 from pathlib import Path
 from typing import Any
@@ -53,6 +54,10 @@ def register(subparsers: Any) -> None:
 
 
 def _make(arguments: argparse.Namespace) -> int:
+    folder = arguments.file.parent
+    if not folder.is_dir():  # a slip in a path would make a tree of folders that nobody looks into
+        print(f"{arguments.file}: no such folder; make it first: mkdir -p {shlex.quote(str(folder))}", file=sys.stderr)
+        return 2
     if arguments.replace:
         may_write(arguments.file)
     if arguments.page:

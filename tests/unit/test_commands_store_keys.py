@@ -130,6 +130,12 @@ def test_a_key_is_not_overwritten_by_accident(tmp_path):
     assert read_key(tmp_path / "a") != key
 
 
+def test_a_key_makes_no_folder_of_a_slip_in_its_path(tmp_path, capsys):
+    assert main(["keys", "make", str(tmp_path / "ect" / "page.key"), "--page"]) == 2
+    assert capsys.readouterr().err.endswith(f"no such folder; make it first: mkdir -p {tmp_path}/ect\n")
+    assert not (tmp_path / "ect").exists()
+
+
 def test_a_passphrase_gives_the_ground_stations_key(tmp_path, monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO("correct horse battery\n"))
     assert main(["keys", "make", str(tmp_path / "a"), "--passphrase"]) == 0
