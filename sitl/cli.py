@@ -12,7 +12,7 @@ from typing import Any, TextIO
 
 import config as shipped
 from companion.build import in_run_dir
-from companion.commands.numbers import positive
+from companion.commands.numbers import positive, whole
 from companion.commands.progress import ProgressLine
 from companion.commands.run import describe
 from companion.commands.stations import places
@@ -50,14 +50,14 @@ def register(subparsers: Any) -> None:
         "--speed", default="1", metavar="N|max", help="times real time; 'max' runs in lock-step, in memory"
     )
     parser.add_argument("--duration", type=positive, metavar="S", help="end after so many simulated seconds")
-    parser.add_argument("--seed", type=int, help="of all random sources (default: 0, or what a scenario says)")
+    parser.add_argument("--seed", type=whole(), help="of all random sources (default: 0, or what a scenario says)")
     parser.add_argument(
         "--run-dir", type=Path, help="where the run is recorded (default: a new one in record.directory)"
     )
     parser.add_argument("--json", action="store_true", help="print one summary object at the end")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="override one key")
     parser.add_argument(
-        "--instance", type=int, default=0, metavar="N", help="move ports by 10 N and the system id by N"
+        "--instance", type=whole(), default=0, metavar="N", help="move ports by 10 N and the system id by N"
     )
     parser.add_argument(
         "--arduino", choices=("twin", "firmware"), help="the actuator board: Python twin, or the real AVR binary"

@@ -7,6 +7,7 @@ import json
 from dataclasses import asdict
 from pathlib import Path
 
+from companion.commands.numbers import whole
 from companion.commands.progress import ProgressLine
 from companion.io.interpreter import cores
 from companion.io.whole_file import write_whole
@@ -25,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"judge what the boat tells of other vessels: {', '.join(SETS)}, dnv:F.csv, or one encounter by its name",
     )
     parser.add_argument(
-        "--count", type=int, default=100, metavar="N", help="with --encounters: how many (default: 100)"
+        "--count", type=whole(1), default=100, metavar="N", help="with --encounters: how many (default: 100)"
     )
     parser.add_argument("--page", type=Path, metavar="F.html", help="with --encounters: pictures of the ten worst")
 

@@ -88,3 +88,18 @@ def test_a_number_that_no_plan_can_be_sent_with_is_refused_by_its_item(
     assert said.startswith("plan make: 1 mistake(s)\n  item 0 (")
     assert "100000 m\n" in said or " is outside 0 to " in said
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["sim", "--seed", "1.5"], "--seed: 1.5: give a whole number"),
+        (["sim", "--instance", "one"], "--instance: one: give a whole number"),
+        (["sim", "--encounters", "imazu", "--count", "0"], "--count: 0: give a whole number of at least 1"),
+        (["imc", "--beside", "me"], "--beside: me: give a whole number of at least 1"),
+        (["depth", "convert", "a", "b", "--band", "0"], "--band: 0: give a whole number of at least 1"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else None,
+)
+def test_a_count_is_a_whole_number(words: list[str], said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert refused(words, capsys).endswith(f"argument {said}\n")

@@ -20,7 +20,7 @@ from mavlink_bridge.language.geodesy import metres_per_radian
 from ...io.whole_file import whole_file
 from ...settings import ConfigError
 from .. import MissingExtraError, install_line
-from ..numbers import number
+from ..numbers import number, whole
 from ..outputs import may_write
 from ..progress import ProgressLine
 from .fill import Fill
@@ -48,7 +48,7 @@ def add_convert(actions: Any) -> None:
         help="height of the wanted chart datum above the file's zero level (LAT 2 m below mean sea level: -2)",
     )
     parser.add_argument("--variable", metavar="NAME", help="of a NetCDF with several")
-    parser.add_argument("--band", type=int, default=1, help="of the raster; default 1")
+    parser.add_argument("--band", type=whole(1), default=1, help="of the raster; default 1")
     parser.add_argument("--crs", metavar="EPSG:N", help="coordinate system of a file that names none")
     parser.add_argument("--unit", choices=sorted(set(METRES) - {""}), help="of the values, when the file names none")
     parser.add_argument("--nodata", type=float, metavar="V", help="unknown, besides the file's own: --nodata=-3.4e38")

@@ -15,7 +15,7 @@ from ...imc.settings import ImcSettings, as_otter, mistakes
 from ...io.clock import SystemClock
 from ...io.imc_sockets import ImcSockets
 from ...settings.reading import read_model
-from ..numbers import positive
+from ..numbers import positive, whole
 
 if TYPE_CHECKING:
     from mavlink_bridge.imc import Node
@@ -57,7 +57,10 @@ def register(subparsers: Any) -> None:
     )
     parser.add_argument("--duration", type=positive, metavar="S", help="end after so many seconds")
     parser.add_argument(
-        "--beside", type=int, metavar="PID", help="end with the process PID that started this, even when it is killed"
+        "--beside",
+        type=whole(1),
+        metavar="PID",
+        help="end with the process PID that started this, even when it is killed",
     )
     parser.set_defaults(run=command, fail=parser.error)
 
