@@ -19,6 +19,7 @@ from .commands.plan.save import write_file
 from .commands.report import default_output, read as read_run
 from .io.whole_file import write_whole
 from .report.page import make_page
+from .settings.device import no_device
 
 __all__ = [
     "PlanFile",
@@ -62,7 +63,7 @@ def plan_of(maneuvers: Sequence[Goto | Loiter]) -> PlanFile:
 def read_plan(path: str | Path) -> PlanFile:
     """Read a plan file: QGroundControl's .plan and .mission, WPL 110, the seed's JSON. Raises OSError, PlanFileError."""
     file = Path(path)
-    return parse_plan(file.read_bytes(), file.name)
+    return parse_plan(no_device(file).read_bytes(), file.name)
 
 
 def write_plan(plan: PlanFile, path: str | Path) -> None:

@@ -26,6 +26,7 @@ from .io.keeping import AnyStore
 from .io.keeping.content import SaveValue
 from .ports import Conversation
 from .settings import ConfigError, Settings, load
+from .settings.device import no_device
 
 MEMORY_KEY = "radio"
 """Answers that the compact link gave."""
@@ -63,7 +64,7 @@ def read_key(path: str) -> bytes:
         )
     file = Path(path)
     try:
-        key = file.read_bytes()
+        key = no_device(file).read_bytes()
     except OSError as error:
         raise ConfigError("radio", [f"radio.key_file = {path!r}: {error.strerror}"]) from None
     if len(key) != 32:

@@ -28,6 +28,7 @@ from ..io.keeping.depth_store import (
 )
 from ..io.whole_file import whole_file
 from ..settings import ConfigError
+from ..settings.device import no_device
 from .chart.convert import add_convert
 from .numbers import number
 from .outputs import may_write
@@ -143,7 +144,7 @@ def _squares(each: Sounded, count: int) -> float:
 
 def _soundings(arguments: argparse.Namespace) -> list[Sounded]:
     path: Path = arguments.file
-    text = path.read_text(encoding="utf-8-sig")
+    text = no_device(path).read_text(encoding="utf-8-sig")
     if path.suffix in (".geojson", ".json"):
         return from_geojson(text)
     soundings = parse(text, path.name, arguments.order)

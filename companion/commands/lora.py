@@ -6,6 +6,7 @@ Changes only what the profile names, verifies, and refuses models that it does n
 from __future__ import annotations
 
 import argparse
+import errno
 import os
 import re
 import sys
@@ -21,9 +22,11 @@ from mavlink_bridge.radio.air.module_fields import NAMES, SettingError, changed,
 
 from ..io.links.radio_port import ModulePort
 from ..radio import load_radio
+from ..settings.device import no_device
 from .outputs import may_write
 
 _NOTHING: Final = "; nothing was written"
+_NO_LINE: Final = "is no serial line; name the module's port, as /dev/ttyUSB0"
 
 
 def register(subparsers: Any) -> None:
@@ -68,8 +71,11 @@ def _guarded(arguments: argparse.Namespace) -> int:
 
 def _plain(text: str, port: str) -> str:
     """A module's complaint; of a port that cannot be opened the reason alone, which the library tells twice with its number."""
-    numbers = re.findall(r"\[Errno (\d+)\]", text)
-    return f"{port}: {os.strerror(int(numbers[-1]))}" if numbers else text
+    numbers = re.findall(r"(?:\[Errno |\()(\d+)(?:\]|, ')", text)
+    if not numbers:
+        return text
+    number = int(numbers[-1])
+    return f"{port}: {_NO_LINE if number == errno.ENOTTY else os.strerror(number)}"
 
 
 def _open(arguments: argparse.Namespace) -> ModulePort:
@@ -154,7 +160,7 @@ def _are_codes(tables: Mapping[str, Any]) -> bool:
 def _codes(path: Path) -> ModuleCodes:
     """What was learned; nothing where there is no file."""
     try:
-        return read_codes(tomllib.loads(path.read_text(encoding="utf-8")))
+        return read_codes(tomllib.loads(no_device(path).read_text(encoding="utf-8")))
     except FileNotFoundError:
         return ModuleCodes()
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
@@ -177,7 +183,7 @@ def _key(path: str) -> bytes:
     try:
         if file.stat().st_mode & 0o077 and hasattr(file.stat(), "st_blocks"):
             raise ModuleError(f"key_file = {path}: others may read it; chmod 600 {path}; nothing was written")
-        return file.read_bytes()
+        return no_device(file).read_bytes()
     except OSError as error:
         raise ModuleError(f"key_file = {path}: {error.strerror}; nothing was written") from None
 

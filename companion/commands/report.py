@@ -17,6 +17,7 @@ from ..report.from_tlog import read_tlog
 from ..report.page import make_page
 from ..report.verdicts import WORDS, RunLimits, judge
 from ..settings import ConfigError
+from ..settings.device import no_device
 from . import MissingExtraError, install_line
 from .numbers import number
 from .outputs import may_write
@@ -91,7 +92,7 @@ def read(source: Path, shown: ProgressLine | None = None) -> Flight:
             if not (any(source.glob("*.json*")) or any(source.glob("*.tlog"))):
                 raise ConfigError(str(source), ["holds no run: give a run directory or a telemetry log"])
             return read_run(source, _counted(shown, bytes_of(source)))
-        what = tlog.not_a_log(source.read_bytes())
+        what = tlog.not_a_log(no_device(source).read_bytes())
         if what:
             raise ConfigError(str(source), [f"{what}; give a run directory or a telemetry log"])
         ours = source.name.startswith("mavlink") and (source.parent / "run.json").is_file()

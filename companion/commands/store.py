@@ -20,6 +20,7 @@ from ..io.keeping.store import check, migrate, read_entries, write_entries
 from ..io.log_file import make_own_folder
 from ..io.recording.recorder import write_json
 from ..settings import ConfigError
+from ..settings.device import no_device
 from .outputs import may_write
 
 FORMAT = "usv-companion store 1"
@@ -120,7 +121,7 @@ def _export(arguments: argparse.Namespace) -> int:
 
 def _import(arguments: argparse.Namespace) -> int:
     try:
-        data = json.loads(arguments.file.read_text(encoding="utf-8"))
+        data = json.loads(no_device(arguments.file).read_text(encoding="utf-8"))
         if not isinstance(data, dict) or data.pop("format", None) != FORMAT:
             raise ValueError(f"not an export of this program ({FORMAT!r} expected)")
         rows = rows_of(from_json(data))

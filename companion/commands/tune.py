@@ -17,6 +17,7 @@ from ..core.steer import SteeringConfig
 from ..core.steer.pid import PidGains
 from ..io.whole_file import write_whole
 from ..settings import ConfigError, explain, load_vessel
+from ..settings.device import no_device
 from ..settings.schema import unreadable
 from . import MissingExtraError, install_line, tune_vessel
 from .numbers import number
@@ -75,7 +76,7 @@ def _chosen(arguments: argparse.Namespace) -> tuple[SteeringConfig, VesselConfig
 def _read(path: Path) -> tuple[SteeringConfig, str]:
     """Take steering and vessel out of a configuration file of any kind (boat or simulation)."""
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        data = tomllib.loads(no_device(path).read_text(encoding="utf-8-sig"))
     except (OSError, ValueError) as error:
         raise ConfigError(str(path), [unreadable(error)]) from None
     try:

@@ -111,6 +111,8 @@ def replay(
     """
     compile_early()
     path = run_dir / "inputs.bin" if run_dir.is_dir() else run_dir
+    if run_dir.is_dir() and not path.exists():
+        raise ReplayError(f"{run_dir}: holds no recording (inputs.bin); give a run's folder")
     try:
         reader = InputReader(path)
     except (OSError, InputsError) as error:

@@ -16,6 +16,7 @@ from typing import Any, Final, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from .device import no_device
 from .lines import Key, lines_of
 from .moved import told as moved_to
 from .told import NO_SUCH_KEY, key_of, line_of_named, printed, told, wrong_kinds
@@ -125,7 +126,7 @@ def _leave_out(data: Any, where: Sequence[int | str], stand_in: Any = None) -> N
 def _read(path: Path) -> tuple[dict[str, Any], dict[Key, int]]:
     """The file's content, and the line of each of its keys."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = no_device(path).read_text(encoding="utf-8-sig")
         data = tomllib.loads(text)
     except FileNotFoundError:
         raise ConfigError(str(path), ["no such file"]) from None

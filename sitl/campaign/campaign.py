@@ -16,6 +16,7 @@ from pydantic import Field, ValidationError
 
 from companion.core.config import Config
 from companion.settings import ConfigError, explain
+from companion.settings.device import no_device
 from companion.settings.schema import unreadable
 
 from ..scenario import Scenario, read_scenario
@@ -64,7 +65,7 @@ def read_campaign(path: Path) -> list[Job]:
 
 def _read(path: Path) -> CampaignText:
     try:
-        return CampaignFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8-sig"))).campaign
+        return CampaignFile.model_validate(tomllib.loads(no_device(path).read_text(encoding="utf-8-sig"))).campaign
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(str(path), [unreadable(error)]) from None
     except tomllib.TOMLDecodeError as error:

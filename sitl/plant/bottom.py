@@ -17,6 +17,7 @@ from pydantic import Field, model_validator
 from companion.core.config import Config
 from companion.core.guard.depth.grid import DepthGrid, Sounding
 from companion.core.guard.depth.soundings import parse
+from companion.settings.device import no_device
 from mavlink_bridge.language.geodesy import SEMI_MAJOR_AXIS_M, LocalFrame, metres_per_radian
 
 
@@ -218,7 +219,7 @@ def make_bottom(config: BottomConfig, frame: LocalFrame | None = None, chart: De
     if config.kind == "file":
         if config.file is None or frame is None:
             raise ValueError("a bottom of kind 'file' needs a file of soundings and a place on earth")
-        bottom = Soundings(parse(config.file.read_text("utf-8"), config.file.name), frame)
+        bottom = Soundings(parse(no_device(config.file).read_text("utf-8"), config.file.name), frame)
     if config.kind == "synthetic":
         if config.slope is not None:
             slope = config.slope

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from companion.io.links import Link
+from companion.settings.device import no_device
 from mavlink_bridge.language.requests import Arm, LoadPlan, PlanKind, Reply, RequestBody, Result, StartPlan
 from mavlink_bridge.mavlink.missions.plan_mapping import PlanError as ItemError, load_plan
 from mavlink_bridge.plans import PlanFileError, read_plan
@@ -33,7 +34,7 @@ class AutostartError(Exception):
 def read_plan_file(path: Path) -> list[LoadPlan]:
     """Read and compile a plan file. Raises AutostartError with every mistake."""
     try:
-        plan = read_plan(path.read_bytes(), path.name)
+        plan = read_plan(no_device(path).read_bytes(), path.name)
     except OSError as error:
         raise AutostartError([f"cannot be read: {error.strerror or error}"]) from None
     except PlanFileError as error:

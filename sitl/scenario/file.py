@@ -17,6 +17,7 @@ from pydantic import Field, ValidationError, model_validator
 import config as shipped
 from companion.core.config import Config
 from companion.settings import ConfigError, explain, load, load_vessel
+from companion.settings.device import no_device
 from companion.settings.schema import unreadable
 from mavlink_bridge.language.geodesy import LocalFrame
 from mavlink_bridge.language.messages import Mode
@@ -251,7 +252,7 @@ def links(settings: SimSettings) -> tuple[str, ...]:
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        return tomllib.loads(no_device(path).read_text(encoding="utf-8-sig"))
     except (OSError, UnicodeDecodeError) as error:
         raise ConfigError(str(path), [unreadable(error)]) from None
     except tomllib.TOMLDecodeError as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,49 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "campaign.toml").write_text('[campaign]\nscenarios = ["first-loiter"]\n')
     (tmp_path / "campaign.csv").mkdir()
     return tmp_path
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["check", "/dev/zero"],
+        ["check", str(config.path("boat.toml")), "--set", "depth.map.file=/dev/zero"],
+        ["plan", "check", "/dev/zero"],
+        ["plan", "extract", "/dev/zero", "x.plan"],
+        ["sim", "--plan", "/dev/zero"],
+        ["sim", "--campaign", "/dev/zero"],
+        ["depth", "import", "a.db", "/dev/zero"],
+        ["store", "import", "a.db", "/dev/zero"],
+        ["report", "/dev/zero"],
+    ],
+    ids=" ".join,
+)
+def test_what_has_no_end_is_not_read(words: list[str], here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    memory = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (4 << 30, memory[1]))  # or a failure of this test would eat the computer
+    try:
+        assert main(words) == 2
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, memory)
+    assert "is a device; name a file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "said"),
+    [
+        (["replay", "nothing"], 2, "nothing: holds no recording (inputs.bin); give a run's folder"),
+        (["replay", "file"], 2, "file: not a recording of inputs, or one of another version"),
+        (["lora", "show", "/dev/null"], 1, "/dev/null: is no serial line; name the module's port, as /dev/ttyUSB0"),
+    ],
+    ids=str,
+)
+def test_what_is_of_another_kind_is_told_once_and_in_words(
+    words: list[str], status: int, said: str, here: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / "nothing").mkdir()
+    capsys.readouterr()
+    assert main(words) == status
+    assert capsys.readouterr().err.removeprefix("companion lora: ") == f"{said}\n"
 
 
 @pytest.mark.parametrize(

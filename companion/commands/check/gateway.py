@@ -10,6 +10,7 @@ from ...configuration import gateway_settings, mistakes_of
 from ...doors import gateway_doors
 from ...judge import gateway_notes, gateway_warnings, verdict
 from ...radio import load_radio, read_key, stops_of
+from ...settings.device import no_device
 
 _OWN = ("url", "vessel_config", "key_file", "profile")
 """Keys at the top of a gateway's file that no vessel's has."""
@@ -19,7 +20,7 @@ _VESSELS = ("sensors", "actuators", "vessel", "steering")
 def is_gateway(path: Path) -> bool:
     """Whether a file speaks of a gateway. An unreadable one does not; reading it as a vessel's tells why."""
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        data = tomllib.loads(no_device(path).read_text(encoding="utf-8-sig"))
     except (OSError, ValueError):
         return False
     return any(key in data for key in _OWN) and not any(key in data for key in _VESSELS)

@@ -24,6 +24,7 @@ from ...core.hull.statics import top_speed_mps
 from ...core.vehicle.plan_reach import MissionConfig
 from ...io.whole_file import write_whole
 from ...settings import ConfigError, Settings, load, load_vessel
+from ...settings.device import no_device
 from ..numbers import number, positive
 from ..outputs import may_write
 from . import find, link as plan_link
@@ -154,7 +155,7 @@ def _point(text: str) -> tuple[float, float]:
 def read_file(path: Path) -> PlanFile:
     """Read a plan file. Raises ConfigError with every problem, so that the command ends with status 2."""
     try:
-        return read_plan(path.read_bytes(), path.name)
+        return read_plan(no_device(path).read_bytes(), path.name)
     except OSError as error:
         raise ConfigError(str(path), [error.strerror or str(error)]) from None
     except PlanFileError as error:
@@ -281,7 +282,7 @@ def _loiter(arguments: argparse.Namespace, point: tuple[float, float]) -> Loiter
 
 def _send_json(arguments: argparse.Namespace) -> int:
     try:
-        data = arguments.file.read_bytes()
+        data = no_device(arguments.file).read_bytes()
         seed_json.parse(data)
     except OSError as error:
         raise ConfigError(str(arguments.file), [error.strerror or str(error)]) from None

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from ...io.links import LinkConfigError, parse_link_url
 from ...settings import ConfigError
+from ...settings.device import no_device
 from ...settings.schema import unreadable
 
 USUAL: Final = ("udpin://0.0.0.0:14540", "tcpout://127.0.0.1:5760", "udpin://0.0.0.0:14550")
@@ -40,7 +41,7 @@ def places(config: Path | None, host: str) -> list[str]:
 def _endpoints(config: Path) -> list[dict[str, Any]]:
     """The endpoints of a vessel's or a gateway's file. Raises ConfigError."""
     try:
-        data = tomllib.loads(config.read_text(encoding="utf-8-sig"))
+        data = tomllib.loads(no_device(config).read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise ConfigError(str(config), ["no such file"]) from None
     except tomllib.TOMLDecodeError as error:

@@ -17,6 +17,7 @@ from mavlink_bridge.plans import PlanFile
 from ...io.log_file import parts_of
 from ...report.from_run import read_run
 from ...settings import ConfigError
+from ...settings.device import no_device
 from .params import PackedParams
 
 _ARDUPILOT = 3
@@ -134,7 +135,7 @@ def plan_in(source: Path) -> PlanFile:
 
 def _log(source: Path) -> bytes:
     """The bytes of a telemetry log. Raises ConfigError for a file that is none, OSError."""
-    data = source.read_bytes()
+    data = no_device(source).read_bytes()
     what = tlog.not_a_log(data)
     if what:
         raise ConfigError(str(source), [f"{what}; give a telemetry log or a run directory"])

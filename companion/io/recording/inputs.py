@@ -104,7 +104,7 @@ class InputReader:
         """A record is not what it was: a bit has flipped, which no loss of power does."""
         try:
             if self._file.read(len(MAGIC)) != MAGIC:
-                raise InputsError(f"{path}: not a recording of inputs, or one of another version")
+                raise InputsError("not a recording of inputs, or one of another version")
             self.meta: dict[str, Any] = self._json(RECORD_META)
             self.store: dict[str, Any] = self._json(RECORD_STORE)
         except BaseException:
