@@ -41,7 +41,7 @@ def doing(s: Snapshot) -> str:
         case Mode.GUIDED:
             return f"Goes to a point{_to_go(s)}"
         case Mode.CIRCLE:
-            return f"Circles{_radius(s)}"
+            return f"Circles{_radius(s)}" if s.path.on_path else f"Goes to its circle{_to_go(s)}"
         case _:
             assert_never(s.mode)
 
@@ -53,7 +53,9 @@ def _sailing(s: Snapshot) -> str:
     if plan.state is not PlanState.ACTIVE:
         return "Auto, but no plan is being sailed"
     item = f"Sails the plan, {item_words(plan.seq, plan.total)}"
-    return f"{item}: circles{_radius(s)}" if s.path.orbit_radius_m is not None else item + _to_go(s)
+    if s.path.orbit_radius_m is None:
+        return item + _to_go(s)
+    return f"{item}: circles{_radius(s)}" if s.path.on_path else f"{item}: goes to its circle{_to_go(s)}"
 
 
 def item_words(number: int, total: int) -> str:

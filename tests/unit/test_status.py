@@ -17,6 +17,7 @@ from companion.commands.status import LinkNotes, StatusView, Watched, airtime_of
 from companion.io.clock import ManualClock
 from companion.settings.schema import load
 from companion.status import picture_of
+from companion.status.words import doing
 from mavlink_bridge.language.messages import (
     Action,
     ActuatorOutput,
@@ -67,6 +68,23 @@ def line(shown):
 
 def rows(shown, airtime=""):
     return [tuple(each) for each in panel(picture_of(shown, (), airtime), 200, 40)]
+
+
+@pytest.mark.parametrize(
+    ("mode", "far", "there"),
+    [
+        (
+            Mode.AUTO,
+            "Sails the plan, item 2 (last: 4): goes to its circle, 155 m to go",
+            "item 2 (last: 4): circles at 20 m",
+        ),
+        (Mode.CIRCLE, "Goes to its circle, 155 m to go", "Circles at 20 m"),
+    ],
+)
+def test_who_has_not_reached_a_circle_does_not_sail_it(mode, far, there):
+    path = PathControlState(cross_track_m=-154.7, distance_m=154.7, orbit_radius_m=-20.0)
+    assert doing(snapshot(mode=mode, path=path)) == far
+    assert doing(snapshot(mode=mode, path=dataclasses.replace(path, distance_m=0.3, on_path=True))).endswith(there)
 
 
 def test_plain_lines_come_every_five_seconds_and_texts_at_once():
