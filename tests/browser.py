@@ -169,6 +169,18 @@ class Browser:
         )
         self.call("Input.dispatchKeyEvent", type="keyUp", key=name, windowsVirtualKeyCode=code)
 
+    def hold_key(self, name: str, code: int, repeats: int) -> None:
+        """Hold a key down until it has repeated itself so often."""
+        for repeat in range(repeats + 1):
+            self.call(
+                "Input.dispatchKeyEvent",
+                type="rawKeyDown",
+                key=name,
+                windowsVirtualKeyCode=code,
+                autoRepeat=repeat > 0,
+            )
+        self.call("Input.dispatchKeyEvent", type="keyUp", key=name, windowsVirtualKeyCode=code)
+
     def type(self, words: str) -> None:
         """Type words where the focus is."""
         self.call("Input.insertText", text=words)

@@ -209,7 +209,7 @@ def test_hold_and_disarm_with_the_key_only_and_not_heard_is_said(boat: Boat, pho
         time.sleep(1.0)
         assert phone.text("armed") == "ARMED"
     assert phone.run("document.getElementById('disarm').value") == "0"
-    assert phone.text("said") == "Disarm: put the finger on the red block and slide it to the end"
+    assert phone.text("said") == "Disarm: slide the red block to the end; by keys or a screen reader step by step"
     phone.run(LATE_ONCE)
     phone.press("hold")
     obeyed(phone, "Disarm", lambda: phone.drag("disarm", 1.0))
@@ -231,6 +231,49 @@ def test_hold_and_disarm_with_the_key_only_and_not_heard_is_said(boat: Boat, pho
     assert not [each for each in sent if secret in each or WORDS in each]
     told = {("set mode mode hold", "127.0.0.1", "page key"), ("disarm", "127.0.0.1", "page key")}
     phone.until(lambda: orders_by_the_page(boat) == told, 20.0)  # the file is written once a second
+
+
+STEP = """(() => { const slide = document.getElementById('disarm'); slide.stepUp(); for (const kind of ['input', 'change'])
+  slide.dispatchEvent(new Event(kind, {bubbles: true})); return slide.value; })()"""
+"""What a browser makes of a screen reader's step: no key is pressed."""
+
+
+def test_disarm_by_keys_and_by_a_screen_readers_steps_and_by_no_single_one(boat: Boat, phone: Browser) -> None:
+    phone.open(boat.url)
+    phone.run("document.body.classList.add('orders', 'keyed')")  # no key: what is given is asked for, and no more
+    phone.run(
+        "window.asked = []; const soon = window.fetch; window.fetch = (...all) => (asked.push(all[0]), soon(...all)); 1"
+    )
+    slide = "document.getElementById('disarm')"
+
+    def given() -> bool:
+        return bool(phone.run("asked.splice(0).includes('/challenge')"))
+
+    phone.tap("disarm", 0.95)  # what a finger began hinders no step
+    for step, least, most in (
+        (lambda: phone.key("ArrowRight", 39), 10, 40),
+        (lambda: phone.key("PageUp", 33), 5, 20),
+        (lambda: phone.run(STEP), 10, 40),
+    ):
+        phone.run(f"{slide}.focus()")
+        steps = 0
+        while steps == 0 or phone.run(f"{slide}.value") != "0":
+            assert steps < most
+            assert not given(), steps
+            step()
+            steps += 1
+        assert steps >= least
+        phone.until(given)
+    for key, code in (("End", 35), ("ArrowRight", 39)):
+        phone.hold_key(key, code, 60)
+        assert int(phone.run(f"{slide}.value")) < 50
+        phone.run(f"{slide}.blur()")
+        assert phone.run(f"{slide}.value") == "0"
+        phone.run(f"{slide}.focus()")
+    phone.run(f"{slide}.value = 100; for (const kind of ['input', 'change']) {slide}.dispatchEvent(new Event(kind)); 1")
+    assert phone.run(f"{slide}.value") == "0", "a screen reader's leap"
+    time.sleep(1.0)
+    assert not given()
 
 
 def orders_by_the_page(boat: Boat) -> set[tuple[str, str, str]]:

@@ -230,19 +230,26 @@
   };
   $("forget").onclick = () => { keep(null); said(""); };
   $("hold").onclick = () => order("hold", "Hold");
-  // Wherever a finger comes down the browser puts the slide: only one that came down on the block moves it, and no key takes it half way at once.
-  const slide = $("disarm"), BLOCK_PX = 70, LEAP = 50;
-  let held = false, slid = false, at = 0;
+  // Wherever a finger comes down the browser puts the slide: only one that came down on the block moves it. Keys and a screen reader
+  // go by steps, which stay: no key that jumps, or that is held down, takes it to the end; left alone it goes back.
+  const slide = $("disarm"), BLOCK_PX = 70, LEAP = 20, LEFT_ALONE_MS = 30000;
+  const HOW = "Disarm: slide the red block to the end; by keys or a screen reader step by step";
+  let held = false, slid = false, at = 0, leaving = 0;
   const let_go = () => { held = false; at = 0; slide.value = 0; };
   slide.onpointerdown = (event) => { held = true; slid = event.clientX - slide.getBoundingClientRect().left <= BLOCK_PX; };
+  slide.onpointerup = () => setTimeout(() => { if (held) let_go(); });  // after what the browser makes of it
   slide.onpointercancel = let_go;
   slide.onblur = let_go;
-  slide.onkeydown = () => { held = false; };
+  slide.onkeydown = (event) => { held = false; if (event.repeat && event.key !== "Tab") event.preventDefault(); };
   slide.oninput = () => {
-    if (held ? !slid : Number(slide.value) - at > LEAP) slide.value = at;
+    clearTimeout(leaving);
+    leaving = setTimeout(let_go, LEFT_ALONE_MS);
+    const leaps = !held && Number(slide.value) - at > LEAP;
+    if (leaps) said(HOW, "bad");
+    if (leaps || (held && !slid)) slide.value = at;
     at = Number(slide.value);
   };
-  slide.onclick = () => { if (!slid) said("Disarm: put the finger on the red block and slide it to the end", "bad"); };
+  slide.onclick = () => { if (!slid) said(HOW, "bad"); };
   slide.onchange = () => {
     const whole = at >= 98;
     if (held || whole) let_go();
