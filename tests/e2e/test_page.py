@@ -8,6 +8,7 @@ import json
 import os
 import random
 import socket
+import subprocess
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -18,6 +19,7 @@ import pytest
 from companion.web.page import read_file
 from tests.browser import Browser, chromium
 from tests.e2e.page_process import WORDS, Boat, SlowLink
+from tests.e2e.sim import BIN, REPO
 
 SIZES = {"phone": (390, 844, True), "desk": (1280, 900, False)}
 
@@ -231,6 +233,25 @@ def test_hold_and_disarm_with_the_key_only_and_not_heard_is_said(boat: Boat, pho
     assert not [each for each in sent if secret in each or WORDS in each]
     told = {("set mode mode hold", "127.0.0.1", "page key"), ("disarm", "127.0.0.1", "page key")}
     phone.until(lambda: orders_by_the_page(boat) == told, 20.0)  # the file is written once a second
+
+
+def test_what_an_order_came_to_is_green_only_while_it_is_so(boat: Boat, phone: Browser) -> None:
+    """After each a station starts the plan again."""
+    start = [BIN / "companion", "plan", "start", "--url", f"tcpout://127.0.0.1:{boat.sim.port(5760)}"]
+    live(phone, boat.url)
+    use_key(phone)
+    for order, give, so in (
+        ("Hold", lambda: phone.press("hold"), ("mode", "Hold")),
+        ("Disarm", lambda: phone.drag("disarm", 1.0), ("armed", "disarmed")),
+    ):
+        obeyed(phone, order, give)
+        phone.until(lambda so=so: phone.text(so[0]) == so[1])  # type: ignore[misc]
+        time.sleep(5.0)
+        assert "then" not in phone.text("said")
+        subprocess.run(start, check=True, capture_output=True, cwd=REPO, timeout=60)
+        phone.until(lambda: phone.text("said").endswith("; then ARMED, Auto"))
+        assert phone.text("said").startswith(f"{order}: obeyed at ")
+        assert phone.run("document.getElementById('said').className") == "past"
 
 
 STEP = """(() => { const slide = document.getElementById('disarm'); slide.stepUp(); for (const kind of ['input', 'change'])

@@ -2,7 +2,7 @@
 // The page: shows what comes, says how old it is, and gives two orders that stop the boat.
 (() => {
   const $ = (id) => document.getElementById(id);
-  const OLD_S = 3, HEARD_MS = 2000, ROUNDS = 100000;
+  const OLD_S = 3, HEARD_MS = 2000, SETTLED_MS = 3000, ROUNDS = 100000;
   const boat = {};
   let heardAt = -Infinity, lastPlan = "", key = null, knownTexts = "";
   const text = (id, value) => { const el = $(id); if (el.textContent !== value) el.textContent = value; };
@@ -52,6 +52,7 @@
     list("others", (boat.others || []).length ? boat.others : [null], other);
     place();
     document.body.classList.toggle("orders", Boolean(boat.orders));
+    still();
   }
 
   function failsafe(f) {
@@ -191,10 +192,11 @@
     if (!answer || answer.tag !== tag("usv-companion page answer 1", asked.vessel, asked.nonce, answer.outcome)) return null;
     return answer;
   }
-  let newest = 0;
+  let newest = 0, obeyed = null;
   async function order(name, words) {
     let late = false;
     const number = ++newest;
+    obeyed = null;
     const tell = (...told) => { if (number === newest) said(...told); };  // what an earlier order came to hides no later one
     tell(`${words}: sent`);
     const mute = `${words}: NOT HEARD: use the emergency switch`;
@@ -206,8 +208,23 @@
     if (found === null) tell(mute, "bad");
     else if (found.refused) tell(`${words}: refused: ${found.refused}`, "bad");
     else if (found.outcome !== "obeyed") tell(`${words}: ${found.outcome}`, "bad");
-    else tell(`${words}: obeyed at ${at}${late ? ", late" : ""}`, "good");
+    else {
+      tell(`${words}: obeyed at ${at}${late ? ", late" : ""}`, "good");
+      if (number === newest && name !== "check") obeyed = { name, since: performance.now(), state: null };
+    }
     return found;
+  }
+  // What an order came to is green while it is so: not when she is armed again, or another's order or a failsafe has changed the mode.
+  function still() {
+    if (!obeyed) return;
+    const state = `${boat.armed ? "ARMED" : "disarmed"}, ${boat.mode}`;
+    const so = obeyed.name === "hold" ? boat.mode === "Hold" : !boat.armed;
+    const settled = performance.now() - obeyed.since > SETTLED_MS;
+    if (so && (!settled || obeyed.state === null)) obeyed.state = state;
+    else if ((settled || obeyed.state !== null) && state !== obeyed.state) {
+      said(`${$("said").textContent}; then ${state}`, "past");
+      obeyed = null;
+    }
   }
 
   function keep(found) {
