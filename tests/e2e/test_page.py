@@ -254,6 +254,50 @@ def test_what_an_order_came_to_is_green_only_while_it_is_so(boat: Boat, phone: B
         assert phone.run("document.getElementById('said').className") == "past"
 
 
+SERVED = """
+window.streams = [];
+const Served = window.EventSource;
+window.EventSource = function (...asked) { const stream = new Served(...asked); window.streams.push(stream); return stream; };
+"""
+"""The page's stream, to put in what a vessel would send."""
+NARROW = """(() => {
+  const lines = e => { const r = document.createRange(); r.selectNodeContents(e); return r.getClientRects(); };
+  const label = [...lines(document.querySelector('.slide label'))], slide = document.getElementById('disarm').getBoundingClientRect();
+  return {bar: document.getElementById('orders').getBoundingClientRect().toJSON(),
+    failsafes: document.getElementById('failsafes').getBoundingClientRect().bottom,
+    inside: label.every(r => r.top >= slide.top && r.bottom <= slide.bottom && r.right <= slide.right),
+    broken: ['xte', 'togo', 'fence'].filter(id => lines(document.getElementById(id)).length !== 1),
+    wide: document.documentElement.scrollWidth - innerWidth};
+})()"""
+IN_TROUBLE = {
+    "armed": True,
+    "next": ["RETURNS in 48 s unless ground station is back"],
+    "failsafes": [{"name": "gcs", "cause": "Ground station lost", "doing": "HOLD", "next_in_s": None, "until": ""}],
+    "cross_track_m": -154.7,
+    "to_go_m": 24_980.0,
+    "fence_on": True,
+    "fence_m": 1234.5,
+}
+
+
+@pytest.mark.parametrize(("width", "height", "share"), [(320, 568, 0.36), (360, 740, 0.26), (740, 360, 0.26)])
+def test_on_a_small_screen_the_bar_hides_no_failsafe_and_all_words_are_whole(
+    width: int, height: int, share: float, boat: Boat, phone: Browser
+) -> None:
+    phone.resize(width, height, phone=True)
+    phone.call("Page.addScriptToEvaluateOnNewDocument", source=SERVED)
+    live(phone, boat.url)
+    phone.run("document.body.classList.add('orders', 'keyed'); document.getElementById('said').className = 'bad'; 1")
+    phone.run("document.getElementById('said').textContent = 'Disarm: NOT HEARD: use the emergency switch'")
+    phone.run(f"streams.at(-1).onmessage({{data: {json.dumps(json.dumps(IN_TROUBLE))}}})")
+    seen = phone.run(NARROW)
+    assert seen["bar"]["height"] < share * height
+    assert seen["failsafes"] < seen["bar"]["top"]
+    assert seen["inside"]
+    assert seen["broken"] == []
+    assert seen["wide"] <= 0
+
+
 STEP = """(() => { const slide = document.getElementById('disarm'); slide.stepUp(); for (const kind of ['input', 'change'])
   slide.dispatchEvent(new Event(kind, {bubbles: true})); return slide.value; })()"""
 """What a browser makes of a screen reader's step: no key is pressed."""

@@ -6,7 +6,13 @@
   const boat = {};
   let heardAt = -Infinity, lastPlan = "", key = null, knownTexts = "";
   const text = (id, value) => { const el = $(id); if (el.textContent !== value) el.textContent = value; };
-  const number = (value, unit, digits) => (value === null || value === undefined ? "–" : `${value.toFixed(digits).replace(/^-(0\.?0*)$/, "$1")} ${unit}`);
+  // As fine as it is of use, and in one piece: a number and its unit stand in one line.
+  const number = (value, unit, digits) => {
+    if (value === null || value === undefined) return "–";
+    const large = Math.abs(value);
+    const [shown, name, places] = unit === "m" && large >= 10000 ? [value / 1000, "km", 1] : [value, unit, large >= 100 ? 0 : digits];
+    return `${shown.toFixed(places).replace(/^-(0\.?0*)$/, "$1")}\u00a0${name}`;
+  };
   const degrees = (value) => (value === null || value === undefined ? "–" : `${String(Math.round(value) % 360).padStart(3, "0")}°`);
   const clock = (s) => `${Math.floor(s / 3600)}:${String(Math.floor(s / 60) % 60).padStart(2, "0")}:${String(Math.floor(s) % 60).padStart(2, "0")}`;
 
