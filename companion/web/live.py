@@ -97,7 +97,7 @@ def _link(link: dict[str, Any]) -> list[Any]:
 
 def _failsafe(each: dict[str, Any]) -> dict[str, Any]:
     """What the page shows of one, its countdown in whole seconds as all other places have it."""
-    found = {name: each[name] for name in ("cause", "doing", "next", "next_in_s", "runs", "until")}
+    found = {name: each[name] for name in ("name", "cause", "doing", "next", "next_in_s", "runs", "until")}
     if found["next_in_s"] is not None:
         found["next_in_s"] = round(max(found["next_in_s"], 0.0))
     return found

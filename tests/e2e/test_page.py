@@ -298,6 +298,54 @@ def test_on_a_small_screen_the_bar_hides_no_failsafe_and_all_words_are_whole(
     assert seen["wide"] <= 0
 
 
+SPOKEN = """
+window.spoken = [];
+for (const e of document.querySelectorAll("[aria-live], [role=status], [role=alert]"))
+  new MutationObserver(() => spoken.push([e.id, e.textContent])).observe(e, {subtree: true, childList: true, characterData: true});
+undefined
+"""
+"""What a screen reader says by itself from now on."""
+
+
+def test_a_screen_reader_is_told_what_changes_and_no_seconds(boat: Boat, phone: Browser) -> None:
+    phone.call("Page.addScriptToEvaluateOnNewDocument", source=SERVED)
+    live(phone, boat.url)
+    phone.run(SPOKEN)
+    boat.freeze()
+    try:
+        phone.until(lambda: phone.text("live").startswith("OLD: "), 30.0)
+        seen = phone.text("live")
+        phone.until(lambda: phone.text("live") not in (seen, ""), 30.0)
+        time.sleep(3.0)
+    finally:
+        boat.thaw()
+    phone.until(lambda: phone.text("live") == "live", 30.0)
+    told = phone.run("spoken.filter(([id]) => id !== 'failsafestold').map((each) => each[1])")
+    assert len(told) >= 2
+    assert set(told) <= {"OLD: the boat is not heard", "NO WORD OF THE BOAT", "live"}
+    phone.run("spoken.length = 0")
+    lost = {"name": "gcs_lost", "cause": "Ground station lost", "doing": "warning", "next": "RETURN", "runs": True}
+    person = {"name": "person", "cause": "Person in the water, 120 m", "doing": "", "next": "", "next_in_s": None}
+    for failsafes in (
+        [{**lost, "next_in_s": 48, "until": ""}],
+        [{**lost, "next_in_s": 47, "until": ""}],
+        [{**lost, "next_in_s": None, "doing": "RETURN", "until": ""}],
+        [{**lost, "next_in_s": None, "doing": "RETURN", "until": ""}, {**person, "until": ""}],
+        [
+            {**lost, "next_in_s": None, "doing": "RETURN", "until": ""},
+            {**person, "cause": "Person, 110 m", "until": ""},
+        ],
+        [],
+    ):
+        phone.run(f"streams.at(-1).onmessage({{data: {json.dumps(json.dumps({'failsafes': failsafes}))}}})")
+    assert phone.run("spoken.filter(([id]) => id === 'failsafestold').map((each) => each[1])") == [
+        "Failsafe: Ground station lost: warning.",
+        "Failsafe: Ground station lost: RETURN.",
+        "Failsafe: Ground station lost: RETURN. Failsafe: Person in the water, 120 m: taken over.",
+        "No failsafe any more.",
+    ]
+
+
 STEP = """(() => { const slide = document.getElementById('disarm'); slide.stepUp(); for (const kind of ['input', 'change'])
   slide.dispatchEvent(new Event(kind, {bubbles: true})); return slide.value; })()"""
 """What a browser makes of a screen reader's step: no key is pressed."""

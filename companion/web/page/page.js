@@ -35,6 +35,7 @@
     text("now", boat.now || "Nothing heard yet");
     list("next", boat.next || [], (words) => item(words));
     list("failsafes", boat.failsafes || [], failsafe);
+    announce(boat.failsafes || []);
     list("reasons", boat.not_ready || [], (words) => item(words));
     $("unready").hidden = !(boat.not_ready || []).length;
     text("keel", number(boat.keel_m, "m", 1));
@@ -61,14 +62,23 @@
     still();
   }
 
+  const head_of = (f) => f.cause + (f.doing ? `: ${f.doing}` : ": taken over");
   function failsafe(f) {
     const li = item("", f.doing === "" || f.doing === "warning" ? "mild" : "");
     const head = document.createElement("b");
-    head.textContent = f.cause + (f.doing ? `: ${f.doing}` : ": taken over");
+    head.textContent = head_of(f);
     li.append(head);
     const clockWords = f.next_in_s === null ? "" : f.runs ? `${f.next} in ${Math.max(0, f.next_in_s).toFixed(0)} s. ` : `The clock of ${f.next} stands at ${f.next_in_s.toFixed(0)} s to go. `;
     if (clockWords || f.until) li.append(`${clockWords}${f.until ? f.until[0].toUpperCase() + f.until.slice(1) + "." : ""}`);
     return li;
+  }
+  // To who listens: a failsafe that has come, or does something else now, is told; a clock that runs and a distance are not.
+  function announce(failsafes) {
+    const found = JSON.stringify(failsafes.map((f) => [f.name, f.doing]));
+    const el = $("failsafestold"), before = el.dataset.told;
+    if (before === found) return;
+    el.dataset.told = found;
+    text("failsafestold", failsafes.map((f) => `Failsafe: ${head_of(f)}.`).join(" ") || (before ? "No failsafe any more." : ""));
   }
   function message([, t, severity, words]) {
     const li = document.createElement("li"), at = document.createElement("time"), said = document.createElement("span");
@@ -129,7 +139,10 @@
     const s = (performance.now() - heardAt) / 1000 + (boat.age_s || 0);
     const old = !(s <= OLD_S) || boat.age_s === null;
     document.body.classList.toggle("old", old);
-    text("live", heardAt === -Infinity ? "connecting …" : boat.age_s === null ? "NO WORD OF THE BOAT" : old ? `OLD: ${s.toFixed(0)} s ago` : "live");
+    const state = heardAt === -Infinity ? "connecting …" : boat.age_s === null ? "NO WORD OF THE BOAT" : old ? "OLD" : "live";
+    text("live", state === "OLD" ? `OLD: ${s.toFixed(0)} s ago` : state);
+    // To who listens only what it means, when that changes: the seconds would be read out for ever, over "NOT HEARD".
+    text("livetold", state === "OLD" ? "OLD: the boat is not heard" : state);
   }
 
   function listen() {
