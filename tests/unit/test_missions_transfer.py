@@ -324,6 +324,26 @@ def test_a_silent_uploader_does_not_lock_the_others_out():
     assert gone.poll()[0].type == MissionResult.DENIED
 
 
+@pytest.mark.parametrize("kind", [0, 255])
+def test_what_is_uploaded_on_another_link_is_not_cleared_meanwhile(kind):
+    locks, store = UploadLocks(), Store()
+    first, second = Link(store, QGC, locks=locks), Link(store, SDK, locks=locks)
+    first.count(2)
+    (ack,) = second.clear(kind)
+    assert ack.type == MissionResult.DENIED
+    assert "not cleared: an upload is under way" in second.server.drain_texts()[0][1]
+    first.item(point(0), 0)
+    first.item(point(1), 1)
+    (ack,) = first.vessel_stores()
+    assert ack.type == 0
+    assert second.clear(kind) == []
+    assert second.vessel_stores()[0].type == 0
+    first.count(2)  # and is heard of no more
+    second.now_us += 10 * S
+    assert second.clear(kind) == []
+    assert second.vessel_stores()[0].type == 0
+
+
 @personas
 def test_check_29_fences_round_trip(home_item):
     link = Link(home_item=home_item)

@@ -334,10 +334,16 @@ class MissionServer:
         if kind is None and message.mission_type != ALL_KINDS:
             return [self._ack(sender, message.mission_type, MissionResult.UNSUPPORTED, now_us)]
         kinds = (*PlanKind,) if kind is None else (kind,)
-        for session in [session for session in self._uploads.values() if session.kind in kinds]:
-            if session.sender != sender or session.storing_us is not None:
-                self._say(Severity.WARNING, f"{_NAMES[session.kind]} not cleared: an upload is under way")
-                return [self._ack(sender, message.mission_type, MissionResult.DENIED, now_us)]
+        own = [session for session in self._uploads.values() if session.kind in kinds and session.sender == sender]
+        busy = [session.kind for session in own if session.storing_us is not None]
+        busy += [
+            each for each in kinds if self._locks.holder(each, now_us, 2 * self.timing.retry_us) not in (None, *own)
+        ]
+        busy += [each.kind for each in self._uploads.values() if each.kind in kinds and each.sender != sender]
+        if busy:
+            self._say(Severity.WARNING, f"{_NAMES[busy[0]]} not cleared: an upload is under way")
+            return [self._ack(sender, message.mission_type, MissionResult.DENIED, now_us)]
+        for session in own:
             self._drop(session)
         pending = Pending(sender, message.mission_type, waiting=len(kinds), kind=kinds[0])
         for each in kinds:

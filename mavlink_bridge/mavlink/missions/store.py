@@ -57,11 +57,15 @@ class UploadLocks:
 
     def claim(self, kind: PlanKind, holder: object, now_us: int, silent_us: int) -> bool:
         """Take or refresh the lock. A holder that was silent for ``silent_us`` loses it."""
-        current = self._holders.get(kind)
-        if current is not None and current[0] is not holder and now_us - current[1] < silent_us:
+        if self.holder(kind, now_us, silent_us) not in (None, holder):
             return False
         self._holders[kind] = (holder, now_us)
         return True
+
+    def holder(self, kind: PlanKind, now_us: int, silent_us: int) -> object | None:
+        """Who uploads plans of a kind; None: nobody, or one who was silent for ``silent_us``."""
+        current = self._holders.get(kind)
+        return None if current is None or now_us - current[1] >= silent_us else current[0]
 
     def held(self, kind: PlanKind, holder: object) -> bool:
         current = self._holders.get(kind)
