@@ -89,7 +89,13 @@ _TNT_COUNT_DEG: Final = 360.0 / 65_536.0
 """A turn in 16 bits."""
 
 
-def hdt(t_us: int, heading: str) -> EulerAngles | None:
+def hdt(t_us: int, fields: tuple[str, str]) -> EulerAngles | None:
+    """One that calls itself magnetic, or anything else than true, is no true heading."""
+    heading, letter = fields
+    return _true(t_us, heading) if letter in ("T", "") else None
+
+
+def _true(t_us: int, heading: str) -> EulerAngles | None:
     psi_rad = angle_rad(heading)
     return None if psi_rad is None else EulerAngles(t_us, None, None, psi_rad)
 
@@ -97,7 +103,7 @@ def hdt(t_us: int, heading: str) -> EulerAngles | None:
 def ths(t_us: int, fields: tuple[str, ...]) -> EulerAngles | None:
     """Mode A measured, E estimated; M manual, S simulator and V void are no heading."""
     heading, mode = fields
-    return hdt(t_us, heading) if mode in ("A", "E") else None
+    return _true(t_us, heading) if mode in ("A", "E") else None
 
 
 def hdg(t_us: int, fields: tuple[str, ...]) -> EulerAngles | None:
@@ -181,15 +187,23 @@ def _roll_pitch_heading(t_us: int, roll: Any, pitch: Any, heading: Any) -> Euler
     return _angles(t_us, angle_rad(roll, -180.0, 180.0), angle_rad(pitch, -90.0, 90.0), angle_rad(heading))
 
 
+_VAGUE_DEG: Final = 20.0
+"""A heading that its own sensor knows no better than this steers nothing; not aligned yet, they say 99.999."""
+
+
 def pashr(t_us: int, s: Any) -> EulerAngles | None:
-    """The attitude form (time, heading, T, roll, pitch, heave, accuracies) and the older HPR form."""
+    """The attitude form (time, heading, T, roll, pitch, heave, accuracies, quality) and the older HPR form.
+
+    Quality 0 is no position: there is no heading then, whatever number stands for it.
+    """
     if isinstance(s, pynmea2.ash.ASHRHPR):
         return _roll_pitch_heading(t_us, s.roll, s.pitch, s.heading)
     if not isinstance(s, pynmea2.ash.ASHRATT):
         raise PassedOverError
-    psi_rad = angle_rad(s.true_heading) if s.is_true_heading == "T" else None
-    phi_rad, theta_rad = angle_rad(s.roll, -180.0, 180.0), angle_rad(s.pitch, -90.0, 90.0)
     accuracy = number(s.heading_accuracy, 0.0, 360.0)
+    is_solved = number(s.aiding_status, 0.0, 9.0) != 0.0 and (accuracy or 0.0) <= _VAGUE_DEG
+    psi_rad = angle_rad(s.true_heading) if is_solved and s.is_true_heading == "T" else None
+    phi_rad, theta_rad = angle_rad(s.roll, -180.0, 180.0), angle_rad(s.pitch, -90.0, 90.0)
     return _angles(t_us, phi_rad, theta_rad, psi_rad, None if accuracy is None else math.radians(accuracy))
 
 
@@ -215,8 +229,11 @@ def ptnl(t_us: int, s: Any) -> EulerAngles | None:
         raise PassedOverError
     if number(s.gps_quality, 0, 9) not in _AVR_SOLVED:
         return None
-    return _roll_pitch_heading(
-        t_us, s.roll_angle if s.roll == "Roll" else "", s.tilt_angle if s.tilt == "Tilt" else "", s.yaw_angle
+    return _angles(
+        t_us,
+        angle_rad(s.roll_angle if s.roll == "Roll" else "", -180.0, 180.0),
+        angle_rad(s.tilt_angle if s.tilt == "Tilt" else "", -90.0, 90.0),
+        angle_rad(s.yaw_angle, -180.0, 360.0),
     )
 
 

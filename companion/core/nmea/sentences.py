@@ -32,7 +32,7 @@ _EPOCH: Final[dict[str, tuple[Callable[[str, Any], Part], str]]] = {
 }
 """What reads a sentence, given its talker and the fields that it names: one as it is, several as a tuple."""
 _MEASURED: Final[dict[str, tuple[Callable[[int, Any], Part | None], str]]] = {
-    "HDT": (attitude.hdt, "heading"),
+    "HDT": (attitude.hdt, "heading hdg_true"),
     "THS": (attitude.ths, "heading mode_indicator"),
     "HDG": (attitude.hdg, "heading deviation dev_dir variation var_dir"),
     "HDM": (attitude.hdm, "heading"),
