@@ -380,6 +380,33 @@ def second_receiver(made: SensorRig, east_m: float) -> None:
     made.estimator.update(GpsFix(t_us=fix.t_us, fix_type=fix.fix_type, lat_rad=fix.lat_rad, lon_rad=lon_rad), source=1)
 
 
+def carried_then_still(north_mps: float, until_s: float) -> Motion:
+    """On a trailer or in tow, thrusters in neutral, then at rest."""
+
+    def pose(t_s: float) -> Pose:
+        vn_mps = north_mps if t_s < until_s else 0.0
+        return Pose(north_mps * min(t_s, until_s), 0.0, 0.0, vn_mps, 0.0)
+
+    return pose
+
+
+@pytest.mark.parametrize(("north_mps", "bias_deg"), [(12.0, 180.0), (12.0, 90.0), (2.0, 180.0)])
+@pytest.mark.parametrize("fix_hz", [1.0, 5.0])
+def test_row_31_a_compass_that_comes_right_at_rest_is_not_refused_for_a_drift_of_the_road(
+    north_mps: float, bias_deg: float, fix_hz: float
+) -> None:
+    """Carried at 12 m/s, that is no drift of the water once she lies still: it made way for ever, which contradicted each compass."""
+    made = SensorRig(carried_then_still(north_mps, 60.0), sensors=SimulatedSensors(fix_hz=fix_hz))
+    made.suite.faults.heading_bias_deg = bias_deg
+    made.run(60.0)
+    made.suite.faults.heading_bias_deg = 0.0
+    made.run(80.0)
+    assert made.state.psi_rad is not None
+    assert not made.state.heading_from_course
+    assert heading_error_deg(made) < 3.0
+    assert math.hypot(made.state.drift_n_mps or 0.0, made.state.drift_e_mps or 0.0) < 0.2
+
+
 @pytest.mark.parametrize(("fault", "value"), [("heading_bias_deg", 60.0), ("jump_east_m", 90.0)])
 def test_what_comes_and_goes_five_times_a_second_is_told_six_times_a_minute(fault: str, value: float) -> None:
     """Two devices that differ told 222 texts in 22 s, and hid the alarm."""

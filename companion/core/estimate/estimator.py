@@ -29,13 +29,14 @@ from .compasses import Compasses
 from .config import EstimatorConfig
 from .flags import PlaceFlags
 from .heading import HeadingTrack
+from .own_way import MadeWay, OwnWay
 from .position import Motion, PositionTrack
 from .receivers import FixChoice
 from .sounders import Sounders
 from .sources import Choice, degrees_a_second
 from .tilt import Tilt
 from .told import FixText
-from .water import MadeWay, OwnWay, WaterMeans
+from .water import WaterMeans
 
 __all__ = ["Estimator", "EstimatorConfig"]
 
@@ -228,7 +229,7 @@ class Estimator:
         ground = None if motion is None else motion[2:]
         self._own.step(dt_s, ground)
         if not heading_valid:
-            self._water.lose_heading()
+            self._water.lose_heading(dt_s, ground, self._own.modelled_mps)
         if ground is not None and psi_rad is not None:
             u_mps, v_mps = self._along(dt_s, ground, psi_rad, turns_radps=r_radps if heading_valid else None)
         drift, current = self._water.drift_mps, self._water.current_mps

@@ -11,8 +11,8 @@ from mavlink_bridge.language.units import clamp, wrap_pi
 
 from .config import EstimatorConfig
 from .filter import PairCovariance, Unseen
+from .own_way import OwnWay
 from .told import ComesAndGoes
-from .water import OwnWay
 
 _PREDICT_MAX_S: Final = 1.0
 """A turn rate says nothing of the heading after longer."""

@@ -11,7 +11,7 @@ from collections import deque
 from copy import deepcopy
 from typing import Final
 
-from mavlink_bridge.language.messages import EstimatedState, GpsFix
+from mavlink_bridge.language.messages import EstimatedState
 from mavlink_bridge.language.units import clamp
 
 from .witness import SeenFix, ThrustWitness
@@ -45,20 +45,17 @@ _CORNER_S: Final = 8.0
 """A course is a new one against the mean of this time: longer than a turn lasts, shorter than a leg."""
 _CORNER_COS: Final = 0.9
 """... when it is 25 degrees off. Only then the share is learnt: on one course the bow turns because the water did."""
-_WAY_MPS: Final = 0.3
+WAY_MPS: Final = 0.3
 """Below this way the course over ground is the noise of the position."""
 _WITH_COS: Final = 0.6
 """A way within 53 degrees of where the bow points bears a heading out: slip, leeway and a current that is not known to half a metre a
 second take it no further off."""
-_OWN_SHARE: Final = 0.6
-"""Of a way through the water thrust makes at least this by the file, with the share that was learnt. Else the water has begun to move."""
-_SETS_IN_MPS: Final = 1.2
-"""Water may begin to move so fast within a silence. A heading that would need more, where she makes good way, is wrong."""
-_STEADY_S: Final = 1.0
-_STEADY_COS: Final = 0.966
-"""A course within 15 degrees of its mean of so long is steady: in a turn of 15 degrees a second it lags by as much itself."""
-_ASTERN_MPS: Final = 0.3
-"""Modelled way astern from which on the course is that of the stern: less is a hull that has just been stopped."""
+_NO_WAY_MPS: Final = 0.1
+"""By the file a hull makes no way below this,"""
+_ADRIFT_S: Final = 10.0
+"""nor in truth, after so long of it: a file that is wrong by half has her at rest a few seconds too soon."""
+_CARRIED_S: Final = 4.0
+"""Time constant of the drift then: longer than a wave. On a trailer it was 12 m/s, and is no course after a quarter of a minute."""
 _TAUGHT_S: Final = 20.0
 """A heading that thrust contradicts has taught a wrong water since the thrust began: that is found out sooner than this."""
 _KEPT_S: Final = 5.0
@@ -66,10 +63,10 @@ _LATELY_S: Final = 60.0
 """So far back the water is remembered, at such intervals: that a propeller is lost is certain 10 to 40 s after it was."""
 
 _Pair = tuple[float, float]
-_NOWHERE: _Pair = (0.0, 0.0)
+NOWHERE: _Pair = (0.0, 0.0)
 
 
-def _part(dt_s: float, tau_s: float) -> float:
+def part_of(dt_s: float, tau_s: float) -> float:
     """Share of the way that a mean goes in one step."""
     return dt_s / tau_s if dt_s < tau_s else 1.0
 
@@ -78,10 +75,10 @@ def _gain(dt_s: float, tau_s: float, *, is_jolted: bool) -> float:
     """Share of the way that a mean of the water goes in one step."""
     if dt_s <= 0.0:
         return 0.0
-    return _part(dt_s, _QUICK_S if is_jolted and tau_s > _QUICK_S else tau_s)
+    return part_of(dt_s, _QUICK_S if is_jolted and tau_s > _QUICK_S else tau_s)
 
 
-def _towards(mean: _Pair, sample: _Pair, part: float) -> _Pair:
+def towards(mean: _Pair, sample: _Pair, part: float) -> _Pair:
     """The mean after a step of this share of the way."""
     return mean[0] + part * (sample[0] - mean[0]), mean[1] + part * (sample[1] - mean[1])
 
@@ -98,7 +95,7 @@ class _Jolt:
     def __init__(self, least_mps: float, slip_mps: float) -> None:
         """``least_mps``: what the samples may be off; ``slip_mps``: those of a hull that has just turned."""
         self._least_mps, self._slip_mps = least_mps, slip_mps
-        self._off = _NOWHERE
+        self._off = NOWHERE
         self._straight_s = 0.0
 
     def step(self, dt_s: float, off_mps: _Pair, r_radps: float, bow: _Pair) -> bool:
@@ -106,7 +103,7 @@ class _Jolt:
         self._straight_s = 0.0 if r_radps * r_radps > _TURNING_RADPS * _TURNING_RADPS else self._straight_s + dt_s
         turned = self._straight_s <= _SLIPS_S
         counted = _less_along(off_mps, bow, _SURGE_COUNTS) if turned else off_mps
-        self._off = north, east = _towards(self._off, counted, _part(dt_s, _JOLT_S))
+        self._off = north, east = towards(self._off, counted, part_of(dt_s, _JOLT_S))
         least_mps = self._slip_mps if turned else self._least_mps
         return north * north + east * east > least_mps * least_mps
 
@@ -129,7 +126,11 @@ class DriftFilter:
         self._seen_s += dt_s
         off_mps = (sample_mps[0] - mean[0], sample_mps[1] - mean[1])
         is_jolted = self._jolt.step(dt_s, off_mps, r_radps, bow)
-        self.mps = _towards(mean, sample_mps, _gain(dt_s, min(self._seen_s, tau_s), is_jolted=is_jolted))
+        self.mps = towards(mean, sample_mps, _gain(dt_s, min(self._seen_s, tau_s), is_jolted=is_jolted))
+
+    def carried(self, share: float, ground_mps: _Pair) -> None:
+        """Go a share of the way to what carries a vessel that makes none."""
+        self.mps = towards(self.mps or NOWHERE, ground_mps, share)
 
 
 class CurrentFilter:
@@ -146,17 +147,17 @@ class CurrentFilter:
         self.share = 0.0
         """What the hull makes more through the water than its file says, over what the file says."""
         self._ground: _Pair | None = None
-        self._through = _NOWHERE
+        self._through = NOWHERE
         self._seen_s = 0.0
         self._jolt = _Jolt(_MODELLED_JOLT_MPS, _MODELLED_SLIP_MPS)
-        self._course = _NOWHERE
+        self._course = NOWHERE
         self._fit = self._weight = 0.0
         """Sums over the turns: of how the changes of both velocities go together, and of the square of the one by the file."""
 
     @property
     def mps(self) -> _Pair:
         """North and east."""
-        (north, east), made = self._ground or _NOWHERE, 1.0 + self.share
+        (north, east), made = self._ground or NOWHERE, 1.0 + self.share
         return north - made * self._through[0], east - made * self._through[1]
 
     def by_file(self, ground_mps: _Pair, bow: _Pair) -> _Pair:
@@ -189,17 +190,22 @@ class CurrentFilter:
         self._ground = (self._ground[0] + gain * changed[0], self._ground[1] + gain * changed[1])
         self._through = (self._through[0] + gain * by_file[0], self._through[1] + gain * by_file[1])
 
+    def carried(self, share: float, ground_mps: _Pair) -> None:
+        """As the drift's; on which courses she goes does not tell what her file says wrongly."""
+        self._ground = towards(self._ground or NOWHERE, ground_mps, share)
+        self._through = towards(self._through, NOWHERE, share)
+
     def _has_turned(self, dt_s: float, ground_mps: _Pair) -> bool:
         """True from when the course leaves that of the last seconds until the new one has become that."""
-        part, (north, east) = _part(dt_s, _CORNER_S), self._course
+        part, (north, east) = part_of(dt_s, _CORNER_S), self._course
         self._course = (north + part * (ground_mps[0] - north), east + part * (ground_mps[1] - east))
         now_mps, mean_mps = math.hypot(*ground_mps), math.hypot(*self._course)
         along = self._course[0] * ground_mps[0] + self._course[1] * ground_mps[1]
-        return min(now_mps, mean_mps) > _WAY_MPS and along < _CORNER_COS * now_mps * mean_mps
+        return min(now_mps, mean_mps) > WAY_MPS and along < _CORNER_COS * now_mps * mean_mps
 
     def _learn(self, dt_s: float, changed: _Pair, by_file: _Pair) -> None:
         """Least squares, drawn to a file that is right; the last turns count."""
-        keep = 1.0 - _part(dt_s, _COUNTS_S)
+        keep = 1.0 - part_of(dt_s, _COUNTS_S)
         more_n, more_e = changed[0] - by_file[0], changed[1] - by_file[1]
         self._fit = keep * self._fit + dt_s * (by_file[0] * more_n + by_file[1] * more_e)
         self._weight = keep * self._weight + dt_s * (by_file[0] * by_file[0] + by_file[1] * by_file[1])
@@ -215,6 +221,8 @@ class WaterMeans:
         self._witness = ThrustWitness()
         self._before: deque[tuple[DriftFilter, CurrentFilter]] = deque(maxlen=round(_LATELY_S / _KEPT_S))
         self._kept_s = _KEPT_S
+        self._adrift_s = 0.0
+        """For how long she has made no way, without a heading."""
 
     @property
     def drift_mps(self) -> tuple[float, float] | tuple[None, None]:
@@ -224,7 +232,7 @@ class WaterMeans:
     @property
     def known_mps(self) -> _Pair:
         """The drift, north and east; one that was never found counts as none."""
-        return self._drift.mps or _NOWHERE
+        return self._drift.mps or NOWHERE
 
     def through_mps(self, ground_mps: _Pair) -> _Pair:
         """Return the velocity through the water, NED, that a velocity over ground, NED, means.
@@ -246,9 +254,20 @@ class WaterMeans:
             return False
         return over_mps < least_mps or ground_n * cos + ground_e * sin < _WITH_COS * over_mps
 
-    def lose_heading(self) -> None:
-        """There is none: what thrust made before tells nothing of the next one."""
+    def lose_heading(self, dt_s: float, ground_mps: _Pair | None, modelled_mps: _Pair | None) -> None:
+        """There is none: what thrust made before tells nothing of the next one.
+
+        Of a vessel without way all that moves her is the water, and which way she points does not matter. Else a drift that was learnt
+        on a trailer stands for ever: at rest it makes way through the water, which contradicts each compass.
+        """
         self._witness.clear()
+        if ground_mps is None or modelled_mps is None or math.hypot(*modelled_mps) > _NO_WAY_MPS:
+            self._adrift_s = 0.0
+            return
+        self._adrift_s += dt_s
+        if self._drift.mps is not None and self._adrift_s >= _ADRIFT_S:
+            for mean in (self._drift, self._current):
+                mean.carried(part_of(dt_s, _CARRIED_S), ground_mps)
 
     @property
     def current_mps(self) -> tuple[float, float] | tuple[None, None]:
@@ -306,79 +325,3 @@ class WaterMeans:
             self._before.pop()
         self._drift, self._current = deepcopy(self._before[0])
         return self._current.by_file((vn, ve), (math.cos(psi), math.sin(psi)))
-
-
-class OwnWay:
-    """What the way through the water says of a heading: by thrust, or by water that has begun to move."""
-
-    def __init__(self, water: WaterMeans) -> None:
-        self.ground_mps: _Pair | None = None
-        """Over ground, NED, at the last tick; None without a position."""
-        self.modelled_mps: _Pair | None = None
-        """Surge and sway by thrust; None where unknown."""
-        self.least_mps = 0.0
-        """A slower way tells of no heading."""
-        self._water = water
-        self._lately_mps = _NOWHERE
-
-    def step(self, dt_s: float, ground_mps: _Pair | None) -> None:
-        """Take the velocity of this tick."""
-        self.ground_mps = ground_mps
-        if ground_mps is not None:
-            self._lately_mps = _towards(self._lately_mps, ground_mps, _part(dt_s, _STEADY_S))
-
-    @property
-    def stern_rad(self) -> float:
-        """How far the bow is from where thrust takes the vessel: half round while she goes astern."""
-        return math.pi if self.modelled_mps is not None and self.modelled_mps[0] < -_ASTERN_MPS else 0.0
-
-    def goes_against(self, psi_rad: float) -> bool:
-        """Whether she makes way elsewhere than a heading points."""
-        ground = self.ground_mps
-        return ground is not None and self._water.goes_against(psi_rad + self.stern_rad, ground, self.least_mps)
-
-    def is_hers(self) -> bool:
-        """Whether thrust may well explain how fast she goes: else the water is not what it was."""
-        if self.ground_mps is None or self.modelled_mps is None:
-            return True
-        made_mps = abs(self.modelled_mps[0]) * (1.0 + self._water.made_share)
-        return made_mps >= _OWN_SHARE * math.hypot(*self._water.through_mps(self.ground_mps))
-
-    def is_steady(self) -> bool:
-        """Whether the course does not change: in a turn it lags behind the bow."""
-        if self.ground_mps is None:
-            return False
-        (north, east), (before_n, before_e) = map(self._water.through_mps, (self.ground_mps, self._lately_mps))
-        made = math.hypot(north, east) * math.hypot(before_n, before_e)
-        return north * before_n + east * before_e >= _STEADY_COS * made
-
-    def denies(self, psi_rad: float) -> bool:
-        """Whether no water that may have set in explains how she goes, with a heading."""
-        if self.ground_mps is None or self.modelled_mps is None:
-            return True
-        north, east = self._water.through_mps(self.ground_mps)
-        surge, sway = self.modelled_mps
-        cos, sin = math.cos(psi_rad), math.sin(psi_rad)
-        return math.hypot(north - surge * cos + sway * sin, east - surge * sin - sway * cos) > _SETS_IN_MPS
-
-
-class MadeWay:
-    """Whether the vessel makes way over ground: a receiver that then repeats itself is frozen."""
-
-    def __init__(self) -> None:
-        self._place: tuple[float | None, float | None] | None = None
-        self._drift_mps = _NOWHERE
-
-    def is_made(self, fix: GpsFix, psi_rad: float | None, *, water_mps: float | None, drift_mps: _Pair) -> bool:
-        """By what the fix says, or by the vessel's motion through the water and the drift, m/s north and east.
-
-        The drift as it was when the position last changed: a receiver that repeats itself teaches a wrong one.
-        """
-        if (fix.lat_rad, fix.lon_rad) != self._place:
-            self._place, self._drift_mps = (fix.lat_rad, fix.lon_rad), drift_mps
-        if fix.sog_mps is not None and fix.sog_mps > _WAY_MPS:
-            return True
-        if water_mps is None or psi_rad is None:
-            return water_mps is not None and abs(water_mps) > _WAY_MPS
-        north, east = self._drift_mps
-        return math.hypot(water_mps * math.cos(psi_rad) + north, water_mps * math.sin(psi_rad) + east) > _WAY_MPS
