@@ -400,16 +400,34 @@ def gga(north_m: float) -> str:
     return f"GPGGA,{{tod}},41{10.0 + north_m / 1852.0:010.7f},N,00842.3729000,W,4,12,0.8,2.1,M,52.3,M,,"
 
 
-def test_two_receivers_under_one_name_are_told() -> None:
-    """Their epochs interleaved: now one antenna was used, now the other, 6 m away."""
+@pytest.mark.parametrize(
+    ("apart_m", "hz", "late_s", "sails_mps"),
+    [(6.0, 5.0, 0.1, 1.5), (3.0, 5.0, 0.1, 1.5), (3.0, 1.0, 0.5, 0.5), (6.0, 1.0, 0.5, 1.5), (6.0, 1.0, 0.3, 1.0)],
+)
+def test_two_receivers_under_one_name_are_told(apart_m: float, hz: float, late_s: float, sails_mps: float) -> None:
+    """Their epochs interleaved: now one antenna was used, now the other, 6 m away; once a second nobody was told."""
 
     def at(north_m: float) -> Callable[[float], str]:
-        return lambda t_s: gga(north_m + 1.5 * t_s).format(tod=f"12{int(t_s // 60):02}{t_s % 60.0:05.2f}")
+        return lambda t_s: gga(north_m + sails_mps * t_s).format(tod=f"12{int(t_s // 60):02}{t_s % 60.0:05.2f}")
 
     boat = Boat()
-    boat.run([Talker(at(0.0), hz=5.0), Talker(at(6.0), hz=5.0, late_s=0.1)], 30.0)
+    boat.run([Talker(at(0.0), hz=hz), Talker(at(apart_m), hz=hz, late_s=late_s)], 30.0)
     (told,) = boat.said("in turn")
     assert "two receivers on one line" in told
+
+
+@pytest.mark.parametrize("hz", [1.0, 2.0, 5.0])
+def test_an_antenna_on_a_mast_that_rolls_is_one_receiver(hz: float) -> None:
+    """1.5 m to either side every 2.1 s, at rest and at 8 m/s."""
+    for sails_mps in (0.0, 8.0):
+
+        def at(t_s: float, sails_mps: float = sails_mps) -> str:
+            north_m = sails_mps * t_s + 1.5 * math.sin(2.0 * math.pi * t_s / 2.1)
+            return gga(north_m).format(tod=f"12{int(t_s // 60):02}{t_s % 60.0:05.2f}")
+
+        boat = Boat()
+        boat.run([Talker(at, hz=hz)], 60.0)
+        assert boat.said("in turn") == []
 
 
 def test_a_boat_that_yaws_in_a_sea_has_one_compass() -> None:

@@ -22,8 +22,9 @@ _FRESH_US: Final = 2_000_000
 """Two fixes at 1 Hz."""
 _UNSURE_SHARE: Final = 0.2
 """Of what lies between two antennas: a magnetic compass 8 degrees off, a heel that nobody tells, a tape that sags."""
-_IN_TURN: Final = (2.0, 15.0)
-"""Two antennas that are further apart than this are told to be two under one name, where the place changes faster than such boats sail."""
+_IN_TURN: Final = (2.0, 5.0)
+"""Two antennas that are further apart than this are told to be two under one name, where the place goes to and fro faster than the mast of
+a small boat that rolls by 30 degrees. How fast she sails does not matter: she does not come back at each second fix."""
 _Two = tuple[Key, Key]
 """Two receivers, in the order of their keys."""
 _NEAR_M: Final = 10.0
