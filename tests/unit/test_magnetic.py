@@ -51,3 +51,27 @@ def test_a_bare_magnetic_compass_gets_its_variation_from_the_model() -> None:
     without = SensorRig(circle(20.0, 1.5), sensors=sensors, estimate=EstimatorConfig(world_magnetic_model=False))
     without.run(10.0)
     assert without.state.heading_from_course
+
+
+@pytest.mark.parametrize("kind", ["HDG", "HDM"])
+def test_a_variation_of_zero_was_never_set_and_the_model_is_asked(kind: str) -> None:
+    """0.0,E in HDG and in RMC: where the compass is 17 degrees off she sailed by it for the whole plan, without a word."""
+    sensors = SimulatedSensors(grade="ideal", heading_sentence=kind, sentences="ZDA, GGA, RMC, VTG", variation_deg=0.0)
+    rig = SensorRig(circle(20.0, 1.5), sensors=sensors)
+    rig.run(10.0)
+    assert math.degrees(wrap_pi(rig.state.psi_rad - rig.truth.psi_rad)) == pytest.approx(-0.95, abs=0.1)
+    alone = SensorRig(circle(20.0, 1.5), sensors=sensors, estimate=EstimatorConfig(world_magnetic_model=False))
+    alone.run(10.0)
+    assert math.degrees(wrap_pi(alone.state.psi_rad - alone.truth.psi_rad)) == pytest.approx(0.0, abs=0.1)
+    assert not alone.state.heading_from_course
+
+
+@pytest.mark.parametrize(("variation_deg", "said"), [(-12.5, 1), (2.0, 0)])
+def test_a_variation_that_is_not_that_of_these_waters_is_told_once(variation_deg: float, said: int) -> None:
+    sensors = SimulatedSensors(grade="ideal", heading_sentence="HDG", variation_deg=variation_deg)
+    rig = SensorRig(circle(20.0, 1.5), sensors=sensors)
+    rig.run(40.0)
+    told = [text for _, _, text in rig.texts if "variation" in text]
+    assert len(told) == said
+    assert all(text == "Heading: the told variation is 12 deg W, here it is 1 deg W: set the compass" for text in told)
+    assert math.degrees(wrap_pi(rig.state.psi_rad - rig.truth.psi_rad)) == pytest.approx(0.0, abs=0.2)

@@ -62,7 +62,7 @@ class Estimator:
         self._water = WaterMeans()
         self._own = OwnWay(self._water)
         self._heading = HeadingTrack(config, self._texts, self._own)
-        self._heading.model_variation = self._model_variation
+        self._heading.variation.by_model = self._model_variation
         self._position = PositionTrack(config, self._texts)
         self._receivers = FixChoice(
             self._texts, geometry.antenna_of, self._compass_attitude_at, self._position.is_acceptable

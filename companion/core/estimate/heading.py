@@ -13,6 +13,7 @@ from .config import EstimatorConfig
 from .filter import PairCovariance, Unseen
 from .own_way import OwnWay
 from .told import ComesAndGoes
+from .variation import Variation
 
 _PREDICT_MAX_S: Final = 1.0
 """A turn rate says nothing of the heading after longer."""
@@ -46,6 +47,7 @@ class HeadingTrack:
     """True heading and turn rate at any moment shortly after the last measurement."""
 
     def __init__(self, config: EstimatorConfig, texts: list[tuple[Severity, str]], way: OwnWay) -> None:
+        self.variation = Variation(config, texts)
         self.configure(config)
         self.psi_rad = 0.0
         self.r_radps = 0.0
@@ -53,8 +55,6 @@ class HeadingTrack:
         """Time of the filter's state; None before the first heading."""
         self.accepted_us: int | None = None
         """Time of the last heading that was believed."""
-        self.model_variation: Callable[[], float | None] = lambda: None
-        """Where the variation comes from when no sentence and no setting gives one."""
         self.course_us: int | None = None
         """Time of the last course that stood in; None while the compass is believed."""
         self._lead_s = 0.0
@@ -80,6 +80,7 @@ class HeadingTrack:
     def configure(self, config: EstimatorConfig) -> None:
         """Take new settings; the state is kept."""
         self.config = config
+        self.variation.configure(config)
         self._timeout_s = config.heading_timeout_s
         self._timeout_us = config.heading_timeout_s * 1e6
         self._hold_s = config.heading_hold_s
@@ -145,11 +146,7 @@ class HeadingTrack:
             return wrap_pi(angles.psi_rad + self._offset_rad)
         if angles.psi_magnetic_rad is None:
             return None
-        variation = angles.variation_rad
-        if variation is None and self.config.variation_deg is not None:
-            variation = math.radians(self.config.variation_deg)
-        if variation is None:
-            variation = self.model_variation()
+        variation = self.variation.of(angles)
         return None if variation is None else wrap_pi(angles.psi_magnetic_rad + variation + self._offset_rad)
 
     def update_heading(self, t_us: int, psi_rad: float, goes_against: Callable[[float], bool]) -> None:

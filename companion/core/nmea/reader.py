@@ -281,11 +281,11 @@ class NmeaReader:
         receiver.epochs.add(part, now_us, found)
 
     def _attitude(self, part: EulerAngles, source: Source, now_us: int) -> EulerAngles:
-        """Where a magnetic compass does not know the variation, the receiver's of the last minute stands in."""
+        """Where a magnetic compass does not know the variation, or was never told (0.0), the receiver's of the last minute stands in."""
         variation_rad = part.variation_rad
-        if variation_rad is None and part.psi_magnetic_rad is not None and self._variation is not None:
+        if not variation_rad and part.psi_magnetic_rad is not None and self._variation is not None:
             value, at_us = self._variation
-            variation_rad = value if now_us - at_us < _VARIATION_HOLD_US else None
+            variation_rad = value if now_us - at_us < _VARIATION_HOLD_US else variation_rad
         return EulerAngles(
             t_us=part.t_us,
             phi_rad=part.phi_rad,
