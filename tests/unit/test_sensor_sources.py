@@ -9,6 +9,7 @@ import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -383,6 +384,18 @@ def test_two_compasses_that_differ_by_less_than_a_jump_bar_nothing() -> None:
     boat.run([Talker(heading("GPHDT", 100.0)), Talker(heading("HCHDG", 118.0))], 30.0)
     assert boat.said("reads")
     assert boat.estimator.compasses_apart == ""
+
+
+def test_two_compasses_of_which_one_creeps_away_are_told_again_at_each_doubling() -> None:
+    """It was told once, with 9 degrees, and never that they were 120."""
+    boat = Boat()
+    creeps = Talker(lambda t_s: f"GPHDT,{100.0 + min(max(t_s - 20.0, 0.0), 120.0):.2f},T")
+    boat.run([creeps, Talker(heading("HCHDG", 100.0), late_s=0.05)], 200.0)
+    told = [float(re.search(r"reads (\d+) deg", text)[1]) for text in boat.said("is used")]
+    assert 3 <= len(told) <= 6
+    assert told[0] < 15.0
+    assert all(after >= 1.9 * before for before, after in pairwise(told))
+    assert told[-1] > 60.0
 
 
 @pytest.mark.parametrize(("hz", "late_s"), [(10.0, 0.05), (5.0, 0.03), (1.0, 0.2)])

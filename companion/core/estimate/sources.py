@@ -28,6 +28,8 @@ _AGREE_US: Final = 10_000_000
 """Steadily together again for so long,"""
 APART_US: Final = 5_000_000
 """and steadily apart for so long, before anybody is told."""
+_AGAIN: Final = 2.0
+"""Told anew when it has grown to so many times what was told: 9 degrees that have become 120 are another matter."""
 _MEAN_US: Final = 3e6
 """Time constant of the mean difference: longer than a wave."""
 _AGREE_SHARE: Final = 0.6
@@ -66,13 +68,15 @@ class _Heard:
 class _Apart:
     """How far one source has been off the one used, and what the operator knows of it."""
 
-    __slots__ = ("agree_us", "apart_us", "known", "last_us", "mean", "said_us", "told")
+    __slots__ = ("agree_us", "apart_us", "known", "last_us", "mean", "said", "said_us", "told")
 
     def __init__(self, off: float, t_us: int) -> None:
         self.mean = off
         self.last_us = t_us
         self.apart_us: int | None = None
         self.agree_us: int | None = None
+        self.said = 0.0
+        """The figure that was told last."""
         self.said_us: int | None = None
         self.known = self.told = False
 
@@ -222,7 +226,7 @@ class Choice:
     def compare(self, source: Source | None, link: int, off: float, limit: float, t_us: int) -> None:
         """Take how much a source reads more than the one used; told when the mean of 3 s stays beyond ``limit`` for 5 s.
 
-        With the figure, and at most once a minute for each pair.
+        With the figure, at most once a minute for each pair, and again each time that it has doubled.
         """
         key, used = (link, "" if source is None else source.address), self.chosen
         if used is None or key == used or key not in self._heard:
@@ -257,9 +261,10 @@ class Choice:
         if t_us - pair.apart_us < APART_US:
             return
         pair.known = True
-        if pair.told or (pair.said_us is not None and t_us - pair.said_us < SAY_EVERY_US):
+        is_new = pair.said_us is None or t_us - pair.said_us >= SAY_EVERY_US
+        if abs(pair.mean) < _AGAIN * abs(pair.said) if pair.told else not is_new:
             return
-        pair.told, pair.said_us = True, t_us
+        pair.told, pair.said, pair.said_us = True, pair.mean, t_us
         self._texts.append((Severity.WARNING, f"{self.what}: {self._reads(pair.mean, key, used)}, which is used"))
 
     def _agree(self, pair: _Apart, key: Key, used: Key, t_us: int) -> None:
