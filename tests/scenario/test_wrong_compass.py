@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import pytest
 
@@ -154,3 +155,57 @@ def test_a_current_that_sets_in_within_a_moment_makes_no_compass_wrong(voyage) -
         water.configure(water.config.model_copy(update={"current_mps": current_mps, "wind_mps": wind_mps}))
         trip.run(30.0)
     assert not any(OFF in text for text in trip.texts)
+
+
+def creeping(trip, rate_dps: float) -> Callable[[], None]:
+    """Return what lets the compass creep away from now on; the turn rate tells nothing of it."""
+    begun_us = trip.world.now_us
+
+    def creep() -> None:
+        off_deg = min(180.0, rate_dps * (trip.world.now_us - begun_us) * 1e-6)
+        trip.faults.set("heading_bias_deg", off_deg)
+
+    return creep
+
+
+def farthest_m(trip, seconds: float, each_s: Callable[[], None]) -> float:
+    """From where she is now, at most."""
+    north_m, east_m, most_m = trip.truth.north_m, trip.truth.east_m, 0.0
+    for _ in range(round(seconds)):
+        each_s()
+        trip.run(1.0)
+        most_m = max(most_m, math.hypot(trip.truth.north_m - north_m, trip.truth.east_m - east_m))
+    return most_m
+
+
+@pytest.mark.parametrize(
+    ("rate_dps", "water"),
+    [
+        (1.0, ("world.water.current_mps=0.3", "world.water.wind_mps=5")),
+        *in_the_soak((0.5, ("world.water.current_mps=0.3", "world.water.wind_mps=5")), (2.0, ())),
+    ],
+)
+def test_a_compass_that_creeps_away_in_hold_is_found(voyage, rate_dps: float, water: tuple[str, ...]) -> None:
+    """It took her 344 m off her point: what had borne it out once counted for ever, and the water was told to be too fast."""
+    trip = in_hold(voyage, *water)
+    trip.run(30.0)
+    creep = creeping(trip, rate_dps)
+    farthest_m(trip, 180.0 / rate_dps, creep)
+    assert any(OFF in text for text in trip.texts)
+    assert trip.neutral
+
+
+@pytest.mark.parametrize("vessel", ["otter", "blueboat"])
+def test_a_compass_that_creeps_away_under_way_is_found(voyage, vessel: str) -> None:
+    trip = in_hold(voyage, f'vessel="{vessel}"')
+    go_to(trip, 40.0, 0.0)
+    trip.run(50.0)
+    creep = creeping(trip, 1.0)
+    for north_m, east_m in ((40.0, 40.0), (0.0, 40.0), (0.0, 0.0)):
+        if not any(OFF in text for text in trip.texts):
+            go_to(trip, north_m, east_m)
+        assert farthest_m(trip, 50.0, creep) < 60.0
+    assert any(OFF in text for text in trip.texts)
+    assert trip.neutral
+    assert -10.0 < trip.truth.north_m < 50.0
+    assert -10.0 < trip.truth.east_m < 50.0

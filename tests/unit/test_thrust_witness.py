@@ -38,9 +38,13 @@ def watched(
     way_mps: Callable[[float], float] = lambda t_s: 1.5 * (1.0 - math.exp(-t_s / 4.0)),
     carried: Callable[[float], complex] = lambda t_s: 0j,
     bow_rad: Callable[[float], float] = lambda t_s: 0.4,
+    steered_rad: Callable[[float], float] | None = None,
     receiver: Receiver = RTK,
 ) -> tuple[float, float] | None:
-    """When, s, and by how much, degrees, a compass that is so far off is found wrong; None when it never is."""
+    """When, s, and by how much, degrees, a compass that is so far off is found wrong; None when it never is.
+
+    ``steered_rad``: what the compass says, where that is not the bow and ``off_deg``.
+    """
     witness, noise = ThrustWitness(), random.Random(1)
     place, fix_s = 0j, 0.0
 
@@ -49,7 +53,8 @@ def watched(
 
     for tick in range(round(seconds / DT_S)):
         t_s = tick * DT_S
-        bow = cmath.rect(1.0, bow_rad(t_s) + math.radians(off_deg))
+        told_rad = bow_rad(t_s) + math.radians(off_deg) if steered_rad is None else steered_rad(t_s)
+        bow = cmath.rect(1.0, told_rad)
         ground = share * way_mps(t_s) * cmath.rect(1.0, bow_rad(t_s)) + carried(t_s)
         place += ground * DT_S
         is_fix = tick % round(1.0 / (receiver.hz * DT_S)) == 0
@@ -134,3 +139,37 @@ def test_a_heading_that_her_way_has_borne_out_is_not_made_wrong_by_a_propeller()
 
     assert watched(60.0, carried=broken, way_mps=lambda t_s: 1.5 - 1.5 * math.exp(-(t_s % 30.0) / 4.0)) is None
     assert watched(60.0, off_deg=-92.0, way_mps=lambda t_s: 1.5 - 1.5 * math.exp(-(t_s % 30.0) / 4.0)) is not None
+
+
+def sails_and_stops(t_s: float) -> float:
+    """A leg of 40 s, a stop, and so on."""
+    leg_s = t_s % 50.0
+    return 1.5 * (1.0 - math.exp(-leg_s / 4.0)) * (math.exp(-(leg_s - 40.0) / 3.0) if leg_s > 40.0 else 1.0)
+
+
+@pytest.mark.parametrize("receiver", FINE + PLAIN)
+@pytest.mark.parametrize(
+    ("creeps_dps", "within_s"), [(0.2, 320.0), (0.5, 170.0), (1.0, 130.0), (-2.0, 160.0), (3.0, 160.0)]
+)
+def test_a_compass_that_creeps_away_is_found_though_her_way_bore_it_out_once(
+    creeps_dps: float, within_s: float, receiver: Receiver
+) -> None:
+    """The helm holds the heading that it is told: her course goes the other way. She ran 284 m off, and out of her fence."""
+
+    def bow_rad(t_s: float) -> float:
+        return 0.4 - math.radians(max(-180.0, min(180.0, creeps_dps * max(t_s - 30.0, 0.0))))
+
+    found = watched(within_s, way_mps=sails_and_stops, bow_rad=bow_rad, steered_rad=lambda t_s: 0.4, receiver=receiver)
+    assert found is not None
+    assert abs(found[1]) > 50.0
+
+
+@pytest.mark.parametrize("receiver", FINE + PLAIN + ROUGH)
+@pytest.mark.parametrize("turns_s", [120.0, 300.0, -600.0])
+def test_a_tide_that_turns_makes_no_compass_wrong(turns_s: float, receiver: Receiver) -> None:
+    def tide(t_s: float) -> complex:
+        return cmath.rect(0.8, 2.0 * math.pi * t_s / turns_s)
+
+    for way_mps in (sails_and_stops, lambda t_s: 0.8 + 0.4 * math.sin(0.1 * t_s)):
+        for bow_rad in (lambda t_s: 0.4, lambda t_s: 2.0 * math.pi * t_s / turns_s + math.pi):
+            assert watched(400.0, way_mps=way_mps, bow_rad=bow_rad, carried=tide, receiver=receiver) is None

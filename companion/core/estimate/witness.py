@@ -23,6 +23,8 @@ from mavlink_bridge.language.messages import GpsFix
 from mavlink_bridge.language.units import wrap_pi
 from mavlink_bridge.language.value import value
 
+from .borne_out import BorneOut
+
 _MEAN_S: Final = 8.0
 """What changes slower than this is left to wind and current; a hull gains and loses its way within it."""
 _COUNTS_S: Final = 12.0
@@ -46,8 +48,15 @@ _HELD_BY_ROUGH_S: Final = 2.5
 """seen by rough places for longer: they blur a tug's pull, and all else that begins with the thrust, into one with it,"""
 _STEADY_RAD: Final = math.radians(10.0)
 """and the angle must stay within this: a hull that a dead or reversed propeller spins goes off the model more and more."""
+_SLOW_TOGETHER: Final = 0.75
+"""A compass that creeps by degrees a second is another one at each change: they go together less,"""
+_SLOW_OFF_RAD: Final = math.radians(60.0)
+_SLOW_S: Final = 6.0
+"""but for longer than all else: an eddy that is crossed turns within it."""
+_CREEPS_RAD: Final = math.radians(25.0)
+"""Meanwhile it creeps so far itself."""
 _BORNE_OUT_RAD: Final = math.radians(30.0)
-"""A heading within this of the way is borne out. From then on only a leap makes it wrong, and what looks like it is a propeller."""
+"""A heading within this of the way is borne out. While that counts, what looks like a wrong one is a propeller."""
 _LEAPS_COS: Final = 0.94
 """A heading that leaps by 20 degrees in one tick is another compass, or one that was set right: the past says nothing of it."""
 _GAP_S: Final = 0.5
@@ -141,19 +150,42 @@ class _Places:
         return made, through
 
 
+class _Standing:
+    """For how long a contradiction has stood: the way goes with the thrust, and steadily elsewhere."""
+
+    def __init__(self, together: float, off_rad: float, strays_rad: float) -> None:
+        """``together``: share that the thrust must explain. ``off_rad``: less is none. ``strays_rad``: how far the angle may change."""
+        self._together, self._least_rad, self._strays_rad = together, off_rad, strays_rad
+        self._since_rad = self.stood_s = 0.0
+
+    def end(self) -> None:
+        """There is none."""
+        self.stood_s = 0.0
+
+    def step(self, dt_s: float, off_rad: float, together: float) -> float:
+        """Take the angle, and how well both go together; return for how long, s."""
+        if together <= self._together or abs(off_rad) < self._least_rad:
+            self.stood_s = 0.0
+            return 0.0
+        strays_rad = abs(math.remainder(off_rad - self._since_rad, math.tau))
+        if self.stood_s <= 0.0 or strays_rad > self._strays_rad:
+            self.stood_s, self._since_rad = 0.0, off_rad
+        self.stood_s += dt_s
+        return self.stood_s
+
+
 class ThrustWitness:
     """Watches the heading that is steered by; one call per tick with a compass that is believed."""
 
     def __init__(self) -> None:
         self._bow = 0j
-        self._since_rad = 0.0
         self.clear()
 
     def clear(self) -> None:
         """Begin anew."""
         self._told: SeenFix | None = None
         self._fix_us: int | None = None
-        self._is_borne_out = False
+        self._borne_out = BorneOut()
         self._begin()
 
     def _begin(self) -> None:
@@ -162,7 +194,9 @@ class ThrustWitness:
         self._smoothed: tuple[complex, complex] | None = None
         self._ground: complex | None = None
         self._through = self._both = 0j
-        self._own = self._made = self._held_s = 0.0
+        self._own = self._made = 0.0
+        self._clear = _Standing(_TOGETHER, _OFF_RAD, _STEADY_RAD)
+        self._slow = _Standing(_SLOW_TOGETHER, _SLOW_OFF_RAD, _CREEPS_RAD)
 
     def step(self, dt_s: float, *, bow: _Pair, through_mps: _Pair, told: SeenFix | None) -> float | None:
         """Return by how much the way is off the heading, clockwise, once it is certain that it is.
@@ -194,6 +228,7 @@ class ThrustWitness:
         if made is None:
             return None
         self._compare(since_s, *made)
+        self._borne_out.step(since_s, self._bow, made[0])
         return self._judged(since_s, is_rough=told.mps is None and is_plain)
 
     def _smooth(self, part: float, ground: complex) -> tuple[complex, complex]:
@@ -217,18 +252,16 @@ class ThrustWitness:
         off_rad, both = cmath.phase(self._both), abs(self._both)
         fits = self._own >= _LEAST and _FEWEST * self._own < both < _MOST * self._own
         fits = fits and both * both >= (_LEAST_BY_ROUGH if is_rough else _LEAST_SEEN) * self._own
-        if not fits or both * both <= _TOGETHER * self._own * self._made:
-            self._held_s = 0.0
+        together = both * both / (self._own * self._made) if fits else 0.0
+        if together > _TOGETHER and abs(off_rad) < _BORNE_OUT_RAD:
+            self._borne_out.renew()
+        if self._borne_out or not fits:
+            self._clear.end()
+            self._slow.end()
             return None
-        self._is_borne_out = self._is_borne_out or abs(off_rad) < _BORNE_OUT_RAD
-        turned_rad = abs(math.remainder(off_rad - self._since_rad, math.tau))
-        if self._is_borne_out or abs(off_rad) < _OFF_RAD:
-            self._held_s = 0.0
-            return None
-        if self._held_s <= 0.0 or turned_rad > _STEADY_RAD:
-            self._held_s, self._since_rad = 0.0, off_rad
-        self._held_s += dt_s
-        return off_rad if self._held_s >= (_HELD_BY_ROUGH_S if is_rough else _HELD_S) else None
+        is_clear = self._clear.step(dt_s, off_rad, together) >= (_HELD_BY_ROUGH_S if is_rough else _HELD_S)
+        is_slow = self._slow.step(dt_s, off_rad, together) >= _SLOW_S
+        return off_rad if is_clear or is_slow else None
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,50 @@
+"""Whether her way still vouches for a compass: it did once, but a gyro that drifts carries a heading away without any leap.
+
+While it vouches, what looks like a wrong heading is a propeller. What a propeller does shows within seconds and is found within some
+tens of them. A compass that creeps takes a minute or more, and shows meanwhile as a bow that goes off the course she makes good.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from typing import Final
+
+_VOUCHES_S: Final = 45.0
+"""So long a way that fitted counts: the watch over the propellers takes up to 40 s, a gyro that is worth the name creeps 20 degrees."""
+_SWINGS_RAD: Final = math.radians(20.0)
+"""Sooner, where bow and course have parted by so much since,"""
+_SWUNG_S: Final = 10.0
+"""for so long: the slip of a turn, and the spin of a propeller that has just failed, are shorter."""
+_WAY_MPS: Final = 0.5
+"""A slower way over ground has no course that tells of the bow."""
+
+
+class BorneOut:
+    """The last way that bore the heading out, and what has become of it; one call per fix."""
+
+    def __init__(self) -> None:
+        self._age_s: float | None = None
+        self._swing: complex | None = None
+        self._swung_s = 0.0
+
+    def __bool__(self) -> bool:
+        """Whether the heading is vouched for."""
+        return self._age_s is not None and self._age_s < _VOUCHES_S and self._swung_s < _SWUNG_S
+
+    def renew(self) -> None:
+        """The way goes with the heading now."""
+        self._age_s, self._swing, self._swung_s = 0.0, None, 0.0
+
+    def step(self, dt_s: float, bow: complex, ground: complex) -> None:
+        """Take the bow's unit vector and the velocity over ground, NED."""
+        if self._age_s is None:
+            return
+        self._age_s += dt_s
+        if abs(ground) < _WAY_MPS:
+            return
+        swing = ground * bow.conjugate() / abs(ground)
+        if self._swing is None:
+            self._swing = swing
+        is_off = abs(cmath.phase(swing * self._swing.conjugate())) > _SWINGS_RAD
+        self._swung_s = self._swung_s + dt_s if is_off else max(0.0, self._swung_s - dt_s)
