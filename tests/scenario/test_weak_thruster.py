@@ -1,6 +1,7 @@
 """A propeller that is lost or full of weed is told in words within 15 s of thrust, and the boat sails on with what is left;
 clean rough water is no weed."""
 
+import itertools
 import math
 import statistics
 from dataclasses import replace
@@ -14,6 +15,7 @@ from mavlink_bridge.language.figures import Circle, Hover
 from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState, Loiter
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
+from sitl.sensors import SimulatedSensors
 from tools.benches.cells.control_cells import WATERS, Case
 from tools.benches.cells.control_loop import TICK_S
 from tools.benches.cells.fault_cells import REVERSED, STARBOARD_REVERSED, SWAPPED
@@ -154,6 +156,59 @@ def test_what_works_the_wrong_way_is_found_within_15_s(hull, fault, which, water
     assert watch.flags.thruster_reversed
     assert watch.helm_mirrored is (which == "helm")
     assert watch.weak == (which == "port", which == "starboard")
+
+
+class DampedCompass(SensedState):
+    """A compass that smooths its heading, and no turn rate sensor beside it."""
+
+    def __init__(self, seed, tau_s):
+        super().__init__(seed, SimulatedSensors(depth_hz=0.0, rate_hz=0.0))
+        self._tau_s, self._shown_rad = tau_s, None
+
+    def _truth(self, now_us, vessel):
+        truth = super()._truth(now_us, vessel)
+        off_rad = 0.0 if self._shown_rad is None else math.remainder(truth.psi_rad - self._shown_rad, math.tau)
+        self._shown_rad = truth.psi_rad - off_rad * math.exp(-TICK_S / self._tau_s)
+        return replace(truth, psi_rad=self._shown_rad)
+
+
+def watched_round_a_square(hull, water, source, seconds=80.0, fault=None):
+    """The watch at its end, or when it has found something that works the wrong way."""
+    run = Case(HULLS[hull], water, source=source).loop()
+    run.place(0.0, 0.0, 0.0)
+    watch, diagnosis = PropulsionWatch(HULLS[hull]), Diagnosis(HULLS[hull])
+    if fault is not None:
+        fault(run.vessel)
+    for corner in itertools.cycle(((40.0, 0.0), (40.0, 40.0), (0.0, 40.0), (0.0, 0.0))):
+        run.sail(run.goto(*corner))
+        while math.dist(corner, (run.vessel.north_m, run.vessel.east_m)) > 4.0:
+            if run.t_s >= seconds or watch.flags.thruster_reversed:
+                return watch
+            run.tick(1.2)
+            diagnosis.step(TICK_S, run.state, run.sent)
+            watch.step(TICK_S, run.state, run.sent, diagnosis.opinion, diagnosis.told)
+    raise AssertionError
+
+
+@pytest.mark.parametrize("water", [WATERS["calm"], BLOW], ids=["calm", "blow"])
+@pytest.mark.parametrize("tau_s", [1.5, 2.0, 4.0])
+def test_a_damped_compass_is_no_helm_that_works_the_wrong_way(tau_s, water):
+    """A sound boat was stopped after 16 to 39 s for leads that were not changed over."""
+    watch = watched_round_a_square("otter", water, lambda seed: DampedCompass(seed, tau_s))
+    assert not watch.flags.thruster_reversed
+    assert watch.late.told_s == pytest.approx(tau_s, abs=0.6)
+
+
+@pytest.mark.parametrize("hull", ["otter", "blueboat"])
+def test_a_compass_that_does_not_smooth_does_not_lag(hull):
+    watch = watched_round_a_square(hull, BLOW, SensedState)
+    assert watch.late.told_s == 0.0
+
+
+def test_leads_that_are_changed_over_are_no_damped_compass():
+    watch = watched_round_a_square("blueboat", BLOW, SensedState, fault=SWAPPED)
+    assert watch.helm_mirrored
+    assert watch.late.told_s == 0.0
 
 
 def test_a_thruster_that_rests_has_not_given():

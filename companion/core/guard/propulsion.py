@@ -20,6 +20,7 @@ from ..hull.actuator_model import ActuatorModel
 from ..hull.left import WHOLE, Shares, straight_mps
 from ..hull.statics import Statics
 from .diagnosis import GALE_MPS, Cause
+from .late_heading import LateHeading
 from .wrong_way import WrongWay
 
 _TAU_S: Final = 2.5
@@ -83,6 +84,10 @@ _TIMES_LEAST: Final = 5.0
 lacks more than what a steady gale makes."""
 
 
+_SWINGS: Final = 0.5
+"""Of what stands clear of a gale: so much a late heading must leave missing until it is told, to and fro, as no wind turns a hull."""
+
+
 @value
 class ThrustFlags:
     """Of the thrusters; names as in the failsafe table."""
@@ -141,6 +146,8 @@ class PropulsionWatch:
         self.shares: Shares = WHOLE
         """What each is taken to give of what it is told."""
         self._swapped, self._mirrored = WrongWay(self._clear_nm), WrongWay(self._clear_nm)
+        self.late = LateHeading(_SWINGS * self._clear_nm)
+        """Whether the heading comes late."""
         self.reversed = False
         """It pushes against what it is told: nothing can be sailed with until somebody has looked at it."""
         self.alone = False
@@ -259,11 +266,13 @@ class PropulsionWatch:
         smooth, patience = self._smooth, _ON_TRIAL if self.on_trial else 1.0
         assert smooth is not None
         sides_nm, apart_nm = (smooth[7], smooth[8]), self._lateral_m * (smooth[2] - smooth[3])
+        self.late.step(dt_s, apart_nm + smooth[9], missing_nm)
         for helm, helm_nm, cause in (
             (self._swapped, apart_nm, Cause.SWAPPED),
             (self._mirrored, smooth[9], Cause.RUDDERS_REVERSED),
         ):
-            helm.step(dt_s, helm_nm, sides_nm, missing_nm, may_be=self._may_be(cause), patience=patience)
+            may_be, is_late = self._may_be(cause), self.late.explains
+            helm.step(dt_s, helm_nm, sides_nm, missing_nm, may_be=may_be, is_late=is_late, patience=patience)
 
     def _asked(self, side: int, dt_s: float, missing_nm: float, brings_nm: float) -> None:
         """Thrust was asked of this side: fit the share of its moment that is missing, and how long it has been there again."""

@@ -2,7 +2,8 @@
 
 A helm that works the wrong way leaves a moment missing that is twice what was asked, with the other sign. Wind, a file
 that is off, or a rudder that stands still leave at most as much as the helm that is held against it. Only a helm that is
-larger than a gale's moment is judged, and only until it has worked for a while: wires do not change on the water.
+larger than a gale's moment is judged, and only until it has worked for a while: wires do not change on the water. A heading that comes
+late looks like it, too: where that is enough for what is missing nothing is found.
 """
 
 from __future__ import annotations
@@ -61,11 +62,13 @@ class WrongWay:
         missing_nm: float,
         *,
         may_be: bool = True,
+        is_late: bool = False,
         patience: float = 1.0,
     ) -> None:
         """Take what this helm and each thruster should turn the hull by, and what is missing of all, after one low-pass.
 
-        ``may_be``: nothing else is likelier. ``patience``: so many times as long it must look so.
+        ``may_be``: nothing else is likelier. ``is_late``: a heading that comes late is enough for what is missing. ``patience``: so many
+        times as long it must look so.
         """
         self._helm.step(dt_s, helm_nm, missing_nm)
         for fit, side_nm in zip(self._sides, sides_nm, strict=True):
@@ -73,7 +76,7 @@ class WrongWay:
         # a single propeller that is dead or turns the other way leaves the same, as long as the helm does not change
         one_alone = any(fit.explains(_ONCE, _TWICE[1]) for fit in self._sides)
         is_clear = self._helm.own > self._least
-        looks_so = is_clear and self._helm.explains(*_TWICE) and not one_alone
+        looks_so = is_clear and self._helm.explains(*_TWICE) and not one_alone and not is_late
         self._held_s = self._held_s + dt_s if looks_so else 0.0
         self._right_s += dt_s if is_clear and not looks_so else 0.0
         self.found = self.found or (may_be and self._held_s > patience * _HELD_S and self._right_s < _PROVEN_S)

@@ -156,12 +156,14 @@ class Vehicle:
             if watch.clear():
                 self.controls.use_thrusters(watch.shares)
             return
-        mirrored = watch.helm_mirrored
+        mirrored, was_late = watch.helm_mirrored, watch.late.told_s > 0.0
         was, shares, diagnosis = watch.weak, watch.shares, self.parts.diagnosis
         watch.on_trial = self.parts.navigator.on_trial
         now = watch.step(sensed.dt_s, sensed.state, before.output, diagnosis.opinion, diagnosis.told)
         if watch.helm_mirrored and not mirrored:
             say(Severity.CRITICAL, _MIRRORED)
+        if watch.late.told_s and not was_late:
+            say(Severity.WARNING, f"Heading lags by about {watch.late.told_s:.0f} s: switch the compass's damping off")
         if watch.shares != shares:
             self.controls.use_thrusters(watch.shares)
         for side, was_weak, weak in zip(("Port", "Starboard"), was, now, strict=True):
@@ -178,9 +180,11 @@ class Vehicle:
         diagnosis, watch = self.parts.diagnosis, self.parts.propulsion
         if not self.controls.armed:
             diagnosis.clear()
-        elif any(watch.weak) or watch.helm_mirrored:
+        elif any(watch.weak) or watch.helm_mirrored or watch.late.told_s:
             diagnosis.rest()
-        elif (cause := diagnosis.step(sensed.dt_s, sensed.state, before.output)) is not None:
+        elif (
+            cause := diagnosis.step(sensed.dt_s, sensed.state, before.output)
+        ) is not None and not watch.late.explains:
             self.controls.voice.say(Severity.WARNING, words(cause))
 
     # ---- course and demand
