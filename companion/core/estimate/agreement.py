@@ -14,6 +14,7 @@ from mavlink_bridge.language.messages import GpsFix
 
 from .antenna import Pair
 from .config import POSITION_SIGMA_M
+from .receiver_way import ReceiverWay
 from .witness import SeenFix
 
 _LOOK_US: Final = 5_000_000
@@ -26,8 +27,6 @@ _APART_SHARE: Final = 0.2
 """Of the way that the speed leads: what a slow receiver misses of the turns is less."""
 _TWICE: Final = 2
 """One look may fall into a step beside a wall."""
-_GAP_US: Final = 3_200_000
-"""After a longer silence the way between is not known: three periods of the slowest receiver."""
 
 _SLACK_M: Final = 1.0
 _SIGMAS: Final = 3.0
@@ -43,29 +42,13 @@ _LEADS_MPS: Final = 0.4
 _Seen = tuple[int, complex, complex]
 
 
-class _OwnWay:
-    """The way that a receiver's own speed leads from one fix to the next."""
-
-    def __init__(self) -> None:
-        self._last_us = 0
-        self._last: complex | None = None
-
-    def since(self, t_us: int, mps: Pair | None) -> complex | None:
-        """Return the way since the fix before, m north and east; None where it is not known."""
-        since_us, self._last_us = t_us - self._last_us, t_us
-        before, self._last = self._last, None if mps is None else complex(*mps)
-        if before is None or self._last is None or not 0 < since_us < _GAP_US:
-            return None
-        return 0.5e-6 * since_us * (before + self._last)
-
-
 class PlaceAgainstSpeed:
     """One receiver; call once for each fix that is believed."""
 
     def __init__(self) -> None:
         self.is_apart = False
         """Whether both disagree."""
-        self._way = _OwnWay()
+        self._way = ReceiverWay()
         self._begin()
 
     def _begin(self) -> None:
@@ -150,7 +133,7 @@ class _Stuck:
     """Where a place was at first, and how far the speed has led from there."""
 
     def __init__(self) -> None:
-        self._own_way = _OwnWay()
+        self._own_way = ReceiverWay()
         self._first: complex | None = None
         self._first_us = 0
         self._far_us: int | None = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Final
 
 from mavlink_bridge.language.geodesy import LocalFrame, metres_per_radian
@@ -16,6 +17,7 @@ from .antenna import NO_ARM, Attitude, Pair, at_centre, lever
 from .clock import ClockAligner
 from .config import POSITION_SIGMA_M, EstimatorConfig
 from .filter import PairCovariance
+from .late_speed import LateSpeed
 from .told import ComesAndGoes
 from .witness import SeenFix
 
@@ -75,6 +77,7 @@ class PositionTrack:
         self._aligner = ClockAligner()
         self._watch = FrozenWatch()
         self._agreement = PlaceAgainstSpeed()
+        self._speed = LateSpeed()
         self._cov = PairCovariance(0.0, 0.0, 0.0)
         self._north_m = self._east_m = self._vn = self._ve = 0.0
         self._psi_rad: float | None = None
@@ -181,6 +184,7 @@ class PositionTrack:
         self._received_us = t_us
         if self.accepted_us is None or anew is not None:
             self._interval_s = anew or self._interval_s
+            self._speed.begin()
             if self.accepted_us is not None and 0 <= t_us - self.accepted_us < _PREDICT_MAX_S * 1e6:
                 self._advance(t_us, heading)
                 self._leap((north_m, east_m), (self._north_m, self._east_m))
@@ -199,8 +203,13 @@ class PositionTrack:
 
     def _note(self, fix: GpsFix, t_us: int, at: Pair, velocity: Pair | None) -> None:
         leapt_n, leapt_e = self.leapt_m
-        self.told = SeenFix(t_us, (at[0] - leapt_n, at[1] - leapt_e), POSITION_SIGMA_M[fix.fix_type], velocity)
-        text = self._agreement.step(self.told)
+        self.told = told = SeenFix(t_us, (at[0] - leapt_n, at[1] - leapt_e), POSITION_SIGMA_M[fix.fix_type], velocity)
+        text = self._speed.step(t_us, at, velocity)
+        if text:
+            self._texts.append((Severity.WARNING, text))
+        if self._speed.lag_s:
+            self.told = told = replace(told, mps=None)
+        text = self._agreement.step(told)
         if text:
             self._texts.append((Severity.WARNING if self._agreement.is_apart else Severity.INFO, text))
 
@@ -218,7 +227,8 @@ class PositionTrack:
         )
 
     def _judge_frozen(self, fix: GpsFix, at: Pair, velocity: Pair | None, *, moving: bool, anew: bool) -> None:
-        same_s = self._watch.same_for_s(fix, at, velocity, moving=moving, told=self.frozen and not anew)
+        leads_mps = None if self._speed.lag_s else velocity  # one that lags leads on where the boat has stopped
+        same_s = self._watch.same_for_s(fix, at, leads_mps, moving=moving, told=self.frozen and not anew)
         frozen = same_s > self._warn_s
         if frozen != self.frozen:
             self.frozen = frozen
@@ -371,8 +381,10 @@ class PositionTrack:
         north_m, east_m = self._north_m + value_gain * off_n, self._east_m + value_gain * off_e
         vn, ve = vn + rate_gain * off_n, ve + rate_gain * off_e
         if velocity is not None:
-            off_n, off_e = velocity[0] - vn, velocity[1] - ve
-            value_gain, rate_gain = self._cov.measure_rate(self._velocity_variance)
+            seen_n, seen_e = self._speed.seen(t_us, (vn, ve), velocity)
+            off_n, off_e = velocity[0] - seen_n, velocity[1] - seen_e
+            variance = self._speed.variance(self._velocity_variance, self.config.acceleration_psd, self._interval_s)
+            value_gain, rate_gain = self._cov.measure_rate(variance)
             north_m, east_m = north_m + value_gain * off_n, east_m + value_gain * off_e
             vn, ve = vn + rate_gain * off_n, ve + rate_gain * off_e
         self._north_m, self._east_m, self._vn, self._ve = north_m, east_m, vn, ve
