@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from companion.core.estimate.doubts.repeats import RepeatWatch
 from companion.core.estimate.estimator import Estimator, EstimatorConfig
-from companion.core.estimate.repeats import RepeatWatch
 from companion.core.nmea.reader import NmeaConfig, NmeaReader
 from companion.core.steer.turned import ModelledTurn
 from companion.settings.schema import load_vessel

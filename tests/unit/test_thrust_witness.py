@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import pytest
 
-from companion.core.estimate.witness import SeenFix, ThrustWitness
+from companion.core.estimate.doubts.witness import SeenFix, ThrustWitness
 
 DT_S = 0.05
 

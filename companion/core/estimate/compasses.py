@@ -10,12 +10,12 @@ from typing import Final
 from mavlink_bridge.language.messages import EulerAngles, GpsFix, Severity
 from mavlink_bridge.language.units import wrap_pi
 
+from .doubts.in_turn import InTurn
+from .doubts.repeats import RepeatWatch
+from .doubts.witness import WINDOW_US, TurnWitness
 from .heading import HeadingTrack
-from .in_turn import InTurn
-from .repeats import RepeatWatch
 from .sources import SOURCES_MAX, UNLABELLED, Choice, Key, Texts, degrees, source_name
 from .told import ComesAndGoes
-from .witness import WINDOW_US, TurnWitness
 
 _APART_RAD: Final = math.radians(4.0)
 """Two compasses that are further apart than this are not both right: no noise or lag explains it in the mean of 3 s."""

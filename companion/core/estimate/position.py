@@ -12,14 +12,14 @@ from mavlink_bridge.language.messages import GpsFix, Severity
 from mavlink_bridge.language.units import wrap_pi
 
 from ..hull.geometry import Arm
-from .agreement import FrozenWatch, PlaceAgainstSpeed
 from .antenna import NO_ARM, Attitude, Pair, at_centre, lever
 from .clock import ClockAligner
 from .config import POSITION_SIGMA_M, EstimatorConfig
+from .doubts.agreement import FrozenWatch, PlaceAgainstSpeed
+from .doubts.late_speed import LateSpeed
+from .doubts.witness import SeenFix
 from .filter import PairCovariance
-from .late_speed import LateSpeed
 from .told import ComesAndGoes
-from .witness import SeenFix
 
 _OUTLIER_SIGMA: Final = 5.0
 """One good fix in two million is refused, if its errors are Gaussian."""

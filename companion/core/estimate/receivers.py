@@ -13,7 +13,7 @@ from mavlink_bridge.language.messages import FixType, GpsFix, Severity
 from ..hull.geometry import Arm
 from .antenna import NO_ARM, Attitude, lever
 from .config import POSITION_ACCURACY_M
-from .in_turn import InTurn
+from .doubts.in_turn import InTurn
 from .sources import APART_US, SAY_EVERY_US, SOURCES_MAX, UNLABELLED, Choice, Key, Texts, source_name
 
 _SIGMAS: Final = 3.0

@@ -14,7 +14,7 @@ from typing import Final
 from mavlink_bridge.language.messages import EstimatedState
 from mavlink_bridge.language.units import clamp
 
-from .witness import SeenFix, ThrustWitness
+from .doubts.witness import SeenFix, ThrustWitness
 
 _JOLT_S: Final = 1.2
 """What the samples say over this time is compared with the mean: longer than a turn's transient of sway lasts at full size."""

@@ -20,8 +20,8 @@ from ..hull.actuator_model import ActuatorModel
 from ..hull.left import WHOLE, Shares, straight_mps
 from ..hull.statics import Statics
 from .diagnosis import GALE_MPS, Cause
-from .late_heading import LateHeading
-from .wrong_way import WrongWay
+from .diagnosis.late_heading import LateHeading
+from .diagnosis.wrong_way import WrongWay
 
 _TAU_S: Final = 2.5
 """Everything is compared after the same low-pass: waves turn a hull to and fro within 3 s."""

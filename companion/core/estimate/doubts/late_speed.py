@@ -11,7 +11,7 @@ import math
 from collections import deque
 from typing import Final
 
-from .antenna import Pair
+from ..antenna import Pair
 from .receiver_way import ReceiverWay
 
 _LOOK_US: Final = 500_000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from .antenna import Pair
+from ..antenna import Pair
 
 _GAP_US: Final = 3_200_000
 """After a longer silence the way between is not known: three periods of the slowest receiver."""

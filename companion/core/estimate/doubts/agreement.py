@@ -12,8 +12,8 @@ from typing import Final
 
 from mavlink_bridge.language.messages import GpsFix
 
-from .antenna import Pair
-from .config import POSITION_SIGMA_M
+from ..antenna import Pair
+from ..config import POSITION_SIGMA_M
 from .receiver_way import ReceiverWay
 from .witness import SeenFix
 

@@ -12,7 +12,7 @@ from typing import Final
 
 from mavlink_bridge.language.messages import Severity
 
-from .sources import SAY_EVERY_US, SOURCES_MAX, Key, Texts
+from ..sources import SAY_EVERY_US, SOURCES_MAX, Key, Texts
 
 _WINDOW_US: Final = 10_000_000
 _RETURNS: Final = 8
