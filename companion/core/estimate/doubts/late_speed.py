@@ -67,9 +67,9 @@ class LateSpeed:
         (_, was_m, was_mps), (_, is_m, is_mps) = self._past[0], self._past[-1]
         apart, changed, keep = is_m - was_m, is_mps - was_mps, 1.0 - dt_s / _MEMORY_S
         self._time_s = keep * self._time_s + dt_s
-        self._own = keep * self._own + dt_s * abs(changed) ** 2
+        self._own = keep * self._own + dt_s * (changed.conjugate() * changed).real
         self._both = keep * self._both + dt_s * (changed.conjugate() * apart).real
-        self._apart = keep * self._apart + dt_s * abs(apart) ** 2
+        self._apart = keep * self._apart + dt_s * (apart.conjugate() * apart).real
 
     def _judged(self) -> str:
         if self._own < _LEAST_CHANGE:
