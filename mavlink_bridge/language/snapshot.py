@@ -121,7 +121,8 @@ class Outlook:
 
     def sentence(self) -> str:
         """For a person: "ground station lost: holding, RETURN in 48 s; until ground station is back, then order Auto"."""
-        parts = f"{self.cause}: {self.doing}" if self.doing else f"{self.cause}: taken over"
+        over = "" if self.runs or self.next_in_s is not None else " (over)"
+        parts = f"{self.cause}{over}: {self.doing or 'taken over'}"
         if self.next_in_s is not None:
             clock = f"{self.next_action.name} in {max(self.next_in_s, 0.0):.0f} s"
             parts += f", {clock}" if self.runs else f", clock stands ({clock})"

@@ -780,7 +780,7 @@ def test_a_sensor_that_is_lost_again_and_again_ends_no_stop_any_more():
     run.step(changed(SILENT, position_lost=True), 5.0)
     run.step(SILENT)
     assert run.step(SILENT, 600.0) is Action.STOP
-    # a station that is heard again begins anew
+    # an order from a station that is back begins anew
     run.step(changed(WELL, operator_order=Order.RETURN))
     assert run.causes == ("gcs_degraded",)
 
@@ -802,6 +802,18 @@ def test_a_sensor_that_is_sound_but_for_a_second_at_times_is_not_the_end_of_the_
     share, last_s = an_hour_of_outages(1, every_s)
     assert share >= least
     assert last_s > 3600 - 2 * 600
+
+
+@pytest.mark.parametrize("heard_each_s", [30, 60, 300])
+def test_a_station_that_is_heard_for_a_moment_gives_no_order(heard_each_s):
+    """With one heartbeat a minute a place that was lost again and again was returned by 118 times in an hour, for 3 without."""
+    run, began, before = Run(), 0, Action.NONE
+    for second in range(3600):
+        heard = changed(SILENT, gcs_age_s=0.0 if second % heard_each_s == 0 else float(second % heard_each_s))
+        action = run.step(changed(heard, position_lost=second % 30 < 3), 1.0)
+        began += before is Action.STOP and action is Action.RETURN
+        before = action
+    assert began <= 3
 
 
 @pytest.mark.parametrize(("away_s", "every_s"), [(8, 25), (1, 15), (20, 50)])

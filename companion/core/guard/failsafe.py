@@ -55,7 +55,7 @@ class FailsafeMemory:
     required_since_us: int | None = None
     """Since when a ground station is required without a break."""
     alone: Mapping[str, Ends] = field(default_factory=lambda: MappingProxyType({}))
-    """How conditions have ended without an order since nobody was there to give one."""
+    """How conditions have ended without an order since one was given: a station that is heard for a moment gives none."""
     action: Action = Action.NONE
     """What the vessel was to do."""
 
@@ -77,8 +77,9 @@ def step(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeConf
     """Return the action for this tick, its causes, texts for the operator, and the new memory. Pure."""
     if not memory.entries and config.watch.quiet(flags):
         since_us = _required_since(memory, flags, now_us)
-        if since_us != memory.required_since_us:
-            memory = FailsafeMemory({}, since_us)
+        alone = _since_an_order(memory, flags)
+        if since_us != memory.required_since_us or len(alone) != len(memory.alone):
+            memory = FailsafeMemory({}, since_us, alone)
         return FailsafeResult(memory, _NONE)
     return judge(memory, flags, now_us, config)
 
@@ -89,10 +90,10 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
     flags = _count_from_requirement(flags, required_since_us, now_us, config)
     moves = _moves(memory, flags, now_us, config)
     entries = {rule.row.name: entry for rule, _, entry in moves if entry is not None}
-    alone: dict[str, Ends] = {}
+    alone = _counted(_since_an_order(memory, flags), entries, now_us)
     begun = Done(_NONE)
     if nobody_orders(entries, config):
-        moves, alone, left_us = _without_an_order(moves, memory.alone, now_us)
+        moves, alone, left_us = _without_an_order(moves, alone, now_us)
         begun = Done(_NONE, nobody=True, left_us=left_us)
         entries = {rule.row.name: entry for rule, _, entry in moves if entry is not None}
     done = _what_is_done(_worst(begun, moves, flags), entries, flags, now_us)
@@ -123,6 +124,19 @@ def _moves(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCo
     return moves
 
 
+def _since_an_order(memory: FailsafeMemory, flags: Flags) -> Mapping[str, Ends]:
+    """What ended without an order since an operator gave one."""
+    return {} if flags.ground.operator_order is not None or flags.ground.operator_arm else memory.alone
+
+
+def _counted(alone: Mapping[str, Ends], entries: Mapping[str, Entry], now_us: int) -> Mapping[str, Ends]:
+    """The same, with the causes that stand again."""
+    if not alone:
+        return alone
+    again = {name: ends for name, ends in alone.items() if name in entries and entries[name].gone_us is None}
+    return {**alone, **{name: stands(ends, now_us) for name, ends in again.items()}}
+
+
 def _without_an_order(
     moves: list[_Move], before: Mapping[str, Ends], now_us: int
 ) -> tuple[list[_Move], dict[str, Ends], dict[str, int]]:
@@ -136,8 +150,6 @@ def _without_an_order(
             alone[name], entry = ended(alone.get(name), entry, now_us), None
         elif in_us is not None:
             left_us[name] = in_us
-        if name in alone and entry is not None and entry.gone_us is None:
-            alone[name] = stands(alone[name], now_us)
         left.append((rule, old, entry))
     return left, alone, left_us
 
