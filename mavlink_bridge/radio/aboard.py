@@ -5,6 +5,7 @@ onto it.
 from __future__ import annotations
 
 import random
+from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Final
 
@@ -46,7 +47,7 @@ from .transfer import BRIEF_NUMBERS, WholeMessage
 GATEWAY_SENDER: Final = 255
 _FOREIGN: Final = "Radio: the gateway speaks format {}, this boat {}: only Hold and Disarm cross; update the older one"
 _NAMESAKE: Final = "Radio: another boat has this key and number {}: give each its own system.system_id"
-_TWO: Final = "Radio: two gateways speak: plan through one at a time; with LBT in all modules they hear each other"
+_TWO: Final = "Radio: two gateways speak: without LBT in all modules a stop may be lost: order through one"
 """A start that speaks again after another one was no restart of it."""
 _STOPPED: Final = Reply(Result.REJECTED_NOW, "stopped from another gateway: again")
 """Short enough for the air: what is refused once is obeyed when it is ordered again."""
@@ -108,8 +109,8 @@ class VesselRadio:
         """Answers that wait for the picture of the tick that they belong to."""
         self._stop: tuple[int, bytes, int] | None = None
         """Number and gateway of the last stop, and when it came;"""
-        self._overruled: frozenset[bytes] = frozenset()
-        """gateways that were told since that another one has stopped the vessel."""
+        self._overruled: deque[tuple[bytes, RequestBody]] = deque(maxlen=MAX_OUTGOING)
+        """what other gateways have ordered since, and was refused."""
         self._shore: bytes | None = None
         self._shore_before: bytes | None = None
         self._telling = Telling(self.link, vehicle, self._home_e7)
@@ -285,16 +286,18 @@ class VesselRadio:
         repeat it.
         """
         if body.nature.stops:
-            self._stop, self._overruled = (message.id, self._gateway, now_us), frozenset()
+            self._stop = message.id, self._gateway, now_us
+            self._overruled.clear()
         if self._stop is None or not body.nature.yields:
             return None
         number, session, at_us = self._stop
         if now_us - at_us > self.profile.link.command_s * 1e6:
             return None
         if session != self._gateway:
-            # when it was given nobody knows; who is told so once orders the next one after it
-            is_told, self._overruled = self._gateway in self._overruled, self._overruled | {self._gateway}
-            return None if is_told else _STOPPED
+            # when it was given nobody knows; the same that comes again, under another number, was given after it
+            is_again = any(each == (self._gateway, body) for each in self._overruled)
+            self._overruled.append((self._gateway, body))
+            return None if is_again else _STOPPED
         cycle = 256 if max(message.id, number) < BRIEF_NUMBERS else 32
         return OVERRULED if 0 < (number - message.id) % cycle <= MAX_OUTGOING else None
 

@@ -8,6 +8,7 @@ from typing import Final
 from .air import AirClock, RadioProfile
 from .air.rhythm import Rhythm
 from .codec.brief import STANDING_BYTES
+from .codec.frames import STOPS
 from .codec.wire import OVERHEAD, Kind
 from .hello import HELLO_FRAME_BYTES
 from .transfer import Transfer
@@ -79,7 +80,9 @@ class Patience:
         elif item.tries == 1 and item.kind in _EXPLAINED:
             base_us = max(self.answer_us() - _EAGER_US, slowest_us)
         growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
-        return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
+        # a stop that meets another gateway's questions in step would meet each of them
+        spread_us = base_us if item.kind in STOPS and item.tries >= _LONG_TRY else base_us // 8
+        return round(base_us * growth) + self._rng.randrange(max(spread_us, 1)) * (item.tries > 1)
 
     def asks(self, item: Transfer, now_us: int, rhythm: Rhythm | None, between_us: int) -> None:
         """A question goes out. ``between_us``: what is left free between two tries."""

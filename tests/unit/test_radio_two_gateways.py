@@ -135,6 +135,24 @@ def test_an_order_that_is_said_again_after_the_stop_of_another_gateway_does_not_
     assert not rig.vessel.armed if isinstance(order, Arm) else rig.vessel.mode is Mode.HOLD
 
 
+@pytest.mark.parametrize("apart_s", [0.05, 0.4, *in_the_soak(0.8, 1.2)])
+@pytest.mark.parametrize("seed", [0, *in_the_soak(1, 2)])
+def test_of_two_orders_on_their_way_neither_is_obeyed_after_the_stop_of_another_gateway(
+    seed: int, apart_s: float
+) -> None:
+    rig = met(seed=seed)
+    assert rig.second is not None
+    rig.vessel.mode = Mode.HOLD
+    rig.run(10.0)
+    rig.second.submit("mode", AUTO, rig.now_us)
+    rig.second.submit("arm", Arm(True), rig.now_us)
+    rig.run(apart_s)
+    rig.twin.submit("stop", Arm(False), rig.now_us)
+    rig.run(60.0)
+    done = [body for _, body in rig.vessel.executed]
+    assert Arm(True) not in done[done.index(Arm(False)) :] if Arm(False) in done else True
+
+
 def test_two_gateways_without_listening_modules_are_told_of_once_and_a_restart_is_not() -> None:
     rig = met()
     said = [text for text in rig.told if "two gateways speak" in text]
