@@ -29,6 +29,8 @@ from mavlink_bridge.language.requests import (
     SetParameter,
     UnlockGuard,
 )
+from tests.soaked import in_the_soak
+from tests.world_station import Helm
 
 HOME_M = 12.0
 PATIENCE_S = 400.0
@@ -43,6 +45,7 @@ EVENTS = (
 AIDS = ("nothing", "small fence", "far plan", "sounder silent", "sounder silent and required")
 FIRST_SEED = int(os.environ.get("FIRST_SEED", "100"))
 """Of the two hundred walks: others are had by another number."""
+ARM, REPOSITION, SET_MODE, HOLD = 400, 192, 176, 4.0
 GUARD = {"sounder silent": [], "sounder silent and required": ["depth.required=true"]}
 
 
@@ -265,6 +268,41 @@ def test_home_stays_as_long_as_the_voyage_lasts(north_m, after_s, stays):
     going.disarmed(0, away, by_operator=True)
     assert going.keeps_home(end_us, at_north(pier, north_m), pier) is stays
     assert not going.keeps_home(end_us, None, pier)
+
+
+@pytest.mark.parametrize(("hull", "out_s"), [("otter", 20.0), *in_the_soak(("wamv", 60.0), ("blueboat", 5.0))])
+def test_home_stays_when_an_operator_disarms_while_the_position_is_lost(hull, out_s):
+    """That voyage counted as over: home was moved to the open sea without a word, and "Return to home, 0 m" left her there."""
+    helm = Helm("ardurover", "depth.enabled=false", f'vessel="{hull}"', "failsafe.gcs_then_s=10")
+    assert helm.command(ARM, 1.0) == 0
+    lat, lon = helm.at(120.0, 0.0)
+    assert helm.command(REPOSITION, -1.0, 1.0, 0.0, math.nan, lat / 1e7, lon / 1e7) == 0
+    helm.run(100.0)
+    assert helm.truth.north_m > 90.0
+    helm.world.surroundings.plant.sensors.faults.no_fix = True
+    helm.run(out_s)
+    assert helm.command(ARM, 0.0) == 0
+    helm.run(5.0)
+    helm.world.surroundings.plant.sensors.faults.no_fix = False
+    helm.run(40.0)
+    assert helm.command(SET_MODE, 1.0, HOLD) == 0
+    assert helm.command(ARM, 1.0) == 0
+    helm.run(2.0)
+    assert re.search(r"home stays \d+ m away, at ", helm.texts().replace("\n", ""))
+    helm.present = False
+    helm.run(180.0)
+    assert math.hypot(helm.truth.north_m, helm.truth.east_m) < 5.0
+
+
+def test_a_voyage_that_is_left_without_a_position_goes_on_where_the_vessel_was_last_known_to_be():
+    pier = LatLon((0.7, -0.1))
+    for carried_m, stays in ((6_200.0, True), (12_000.0, False)):
+        going = Voyage()
+        going.armed(0, pier)
+        going.passes(at_north(pier, 6_000.0))
+        going.passes(None)
+        going.disarmed(0, None, by_operator=True)
+        assert going.keeps_home(1, at_north(pier, carried_m), pier) is stays
 
 
 def at_north(place, north_m):

@@ -122,6 +122,7 @@ class Vehicle:
         for severity, text in parts.traffic.drain_texts():
             controls.voice.say(severity, text)
         controls.sensed = sensed = Sensed(now_us, dt_s, inputs, state, board=board, utc_us=utc_us, others=others)
+        controls.voyage.passes(controls.here)
         if controls.started_at is None:
             controls.look_where_started()
         if parts.mission.home is None:

@@ -1,8 +1,8 @@
 """The voyage: that one has begun, and where. A new check refuses a departure, never a way back, so somebody must know which it is.
 
-It begins with arming, and ends when an operator disarms at the place where it began, or half an hour after he did so elsewhere. What
-else disarms (a failsafe, a board or a computer that starts again) does not end it. While it lasts arming again does not move home to
-the open sea.
+It begins with arming, and ends when an operator disarms at the place where it began, or half an hour after he did so elsewhere
+or with the position lost. What else disarms (a failsafe, a board or a computer that starts again) does not end it. While it lasts
+arming again does not move home to the open sea.
 """
 
 from __future__ import annotations
@@ -31,10 +31,16 @@ class Voyage:
         """Armed before, in the life of this process or on the voyage that it goes on with: a store that fails since bars nothing."""
         self._begun = False
         self._broken = False
-        """What disarmed the vessel, or ended the process before, was no operator."""
+        """What disarmed the vessel at sea, or ended the process before, was no operator."""
         self._left_us: int | None = None
         self._left_at: LatLon | None = None
-        """Where an operator disarmed."""
+        """Where an operator disarmed; where no position told it, where the vessel was last known to be."""
+        self._seen: LatLon | None = None
+        """Where the vessel was last known to be."""
+
+    def passes(self, here: LatLon | None) -> None:
+        """The vessel is here; None = nobody knows."""
+        self._seen = here or self._seen
 
     def has_begun(self, now_us: int) -> bool:
         """Whether the vessel is on its way, so that arming it is no departure."""
@@ -47,12 +53,12 @@ class Voyage:
 
     def keeps_home(self, now_us: int, here: LatLon | None, home: LatLon | None) -> bool:
         """Whether arming must not make home of the place where the vessel happens to be."""
+        self.passes(here)
         if self._broken:
             return True
-        if not self.has_begun(now_us) or here is None or home is None:
+        if not self.has_begun(now_us) or self._was_carried or here is None or home is None:
             return False
-        was_carried = self._left_at is not None and inverse(*self._left_at, *here)[0] > RESUMED_M
-        return not was_carried and inverse(*home, *here)[0] > LANDED_M
+        return inverse(*home, *here)[0] > LANDED_M
 
     @property
     def lasting(self) -> tuple[LatLon | None] | None:
@@ -60,21 +66,32 @@ class Voyage:
         return (self.place,) if self._begun and self._left_us is None else None
 
     def armed(self, now_us: int, here: LatLon | None) -> None:
+        self.passes(here)
         if not self.has_begun(now_us):
             self.place = here
         self._begun, self._broken, self._left_us, self._left_at = True, False, None, None
         self.has_sailed = True
 
     def disarmed(self, now_us: int, here: LatLon | None, *, by_operator: bool) -> None:
+        self.passes(here)
         if not by_operator:
             self._broken = self._begun
             return
         self._broken = False
-        away_m = None if here is None or self.place is None else inverse(*self.place, *here)[0]
-        self._begun = self._begun and away_m is not None and away_m > LANDED_M
-        self._left_us, self._left_at = (now_us, here) if self._begun else (None, None)
+        self._begun = self._begun and not self._is_landed(here)
+        self._left_us, self._left_at = (now_us, self._seen) if self._begun else (None, None)
 
     def resume(self, place: LatLon | None) -> None:
         """The process before this one ended under way."""
         self.place, self._begun, self._broken, self._left_us = place, True, True, None
         self.has_sailed = True
+
+    def _is_landed(self, here: LatLon | None) -> bool:
+        """Whether the vessel has come back. One whose position is lost may be anywhere."""
+        return here is not None and self.place is not None and inverse(*self.place, *here)[0] <= LANDED_M
+
+    @property
+    def _was_carried(self) -> bool:
+        """Whether the vessel is farther from where an operator disarmed it than it comes by itself."""
+        left, seen = self._left_at, self._seen
+        return left is not None and seen is not None and inverse(*left, *seen)[0] > RESUMED_M
