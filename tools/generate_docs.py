@@ -158,7 +158,8 @@ def refusals() -> str:
         "**Home is where the voyage began.** While it lasts arming again does not move it, and farther than 50 m from it says so: `home",
         "stays 133 m away, at 41.18502 -8.70621; Set Home moves it` (the station's *Set Home*, DO_SET_HOME, puts it where the boat is or",
         "anywhere else). The first arming after a voyage makes home of the place where the boat is then: after a landing, half an hour",
-        "after a disarm elsewhere, and farther than 5 km from that disarm (another water, by car) before the half hour too.",
+        "after a disarm elsewhere, and farther than 5 km from that disarm (another water, by car) before the half hour too: that is",
+        "a departure again.",
         "",
         table_markdown(),
     ]

@@ -305,6 +305,21 @@ def test_a_voyage_that_is_left_without_a_position_goes_on_where_the_vessel_was_l
         assert going.keeps_home(1, at_north(pier, carried_m), pier) is stays
 
 
+def test_a_boat_that_was_carried_to_another_water_departs_there_and_lands_there():
+    """The voyage stayed at the old water: no check of a departure was asked, and landing at the new home did not end it."""
+    pier, other = LatLon((0.7, -0.1)), LatLon((0.7013, -0.1))
+    going = Voyage()
+    going.armed(0, pier)
+    going.disarmed(1, at_north(pier, 200.0), by_operator=True)
+    assert going.has_begun(2)
+    going.passes(other)
+    assert not going.has_begun(2), "arming is a departure"
+    going.armed(2, other)
+    assert going.place == other
+    going.disarmed(3, other, by_operator=True)
+    assert not going.keeps_home(4, at_north(other, 200.0), other), "she had landed"
+
+
 def at_north(place, north_m):
     return LatLon(LocalFrame(*place).to_geodetic(north_m, 0.0))
 

@@ -44,7 +44,7 @@ class Voyage:
 
     def has_begun(self, now_us: int) -> bool:
         """Whether the vessel is on its way, so that arming it is no departure."""
-        return self._begun and (self._left_us is None or now_us - self._left_us < OPEN_US)
+        return self._begun and (self._left_us is None or now_us - self._left_us < OPEN_US) and not self._was_carried
 
     @property
     def is_broken(self) -> bool:
@@ -56,9 +56,7 @@ class Voyage:
         self.passes(here)
         if self._broken:
             return True
-        if not self.has_begun(now_us) or self._was_carried or here is None or home is None:
-            return False
-        return inverse(*home, *here)[0] > LANDED_M
+        return self.has_begun(now_us) and here is not None and home is not None and inverse(*home, *here)[0] > LANDED_M
 
     @property
     def lasting(self) -> tuple[LatLon | None] | None:
