@@ -320,6 +320,39 @@ def test_a_boat_that_was_carried_to_another_water_departs_there_and_lands_there(
     assert not going.keeps_home(4, at_north(other, 200.0), other), "she had landed"
 
 
+@pytest.mark.parametrize(
+    ("broken_m", "after_s", "armed_m", "stays"),
+    [
+        (0.0, 86_400.0, 4_000.0, False),
+        (40.0, 1_810.0, 200.0, False),
+        (40.0, 60.0, 200.0, True),
+        (200.0, 86_400.0, 4_000.0, True),
+    ],
+    ids=["a day later", "half an hour later", "set out by the current", "broken at sea"],
+)
+def test_a_failsafe_that_disarms_by_the_pier_does_not_keep_the_voyage_open_for_good(broken_m, after_s, armed_m, stays):
+    """A board was switched off at the jetty, the program left on: a day later home was kept 4 km off."""
+    pier, end_us = LatLon((0.7, -0.1)), round(after_s * 1e6)
+    going = Voyage()
+    going.armed(0, pier)
+    going.disarmed(0, at_north(pier, broken_m), by_operator=False)
+    going.disarmed(end_us, at_north(pier, armed_m), by_operator=False)
+    assert going.keeps_home(end_us, at_north(pier, armed_m), pier) is stays
+    assert going.has_begun(end_us) is stays
+
+
+def test_a_failsafe_does_not_open_a_voyage_again_that_an_operator_has_left():
+    """What disarms a vessel that is disarmed already breaks nothing."""
+    pier = LatLon((0.7, -0.1))
+    away = at_north(pier, 200.0)
+    going = Voyage()
+    going.armed(0, pier)
+    going.disarmed(0, away, by_operator=True)
+    going.disarmed(1, away, by_operator=False)
+    assert going.keeps_home(2, away, pier)
+    assert not going.keeps_home(86_400_000_000, away, pier)
+
+
 def at_north(place, north_m):
     return LatLon(LocalFrame(*place).to_geodetic(north_m, 0.0))
 

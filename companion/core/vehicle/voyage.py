@@ -1,8 +1,8 @@
 """The voyage: that one has begun, and where. A new check refuses a departure, never a way back, so somebody must know which it is.
 
-It begins with arming, and ends when an operator disarms at the place where it began, or half an hour after he did so elsewhere
-or with the position lost. What else disarms (a failsafe, a board or a computer that starts again) does not end it. While it lasts
-arming again does not move home to the open sea.
+It begins with arming, and ends when an operator disarms at the place where it began, or half an hour after he did so elsewhere or
+with the position lost. What else disarms (a failsafe, a board or a computer that starts again) does not end it; at the place where
+it began it does, half an hour later. While it lasts arming again does not move home to the open sea.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ RESUMED_M: Final = 5_000.0
 """A computer that starts again farther from home than the longest leg of a plan does not go on with the voyage: it was carried.
 So was a vessel that is armed so far from where an operator disarmed her: no current sets her so far in ``OPEN_US``."""
 OPEN_US: Final = 30 * 60 * 1_000_000
-"""So long after an operator's disarm elsewhere the next arming is still no departure; then the boat may lie on a trailer."""
+"""So long after an operator's disarm elsewhere the next arming is still no departure; then the boat may lie on a trailer.
+So long after another disarm at the place where it began: she may have been set out from there, or lie ashore, switched off."""
 
 
 class Voyage:
@@ -34,7 +35,7 @@ class Voyage:
         """What disarmed the vessel at sea, or ended the process before, was no operator."""
         self._left_us: int | None = None
         self._left_at: LatLon | None = None
-        """Where an operator disarmed; where no position told it, where the vessel was last known to be."""
+        """Where an operator disarmed, or what else by the pier; with no position, where the vessel was last known to be."""
         self._seen: LatLon | None = None
         """Where the vessel was last known to be."""
 
@@ -72,12 +73,12 @@ class Voyage:
 
     def disarmed(self, now_us: int, here: LatLon | None, *, by_operator: bool) -> None:
         self.passes(here)
-        if not by_operator:
-            self._broken = self._begun
+        is_landed, was_left = self._is_landed(here), self._left_us is not None
+        if not by_operator and was_left:
             return
-        self._broken = False
-        self._begun = self._begun and not self._is_landed(here)
-        self._left_us, self._left_at = (now_us, self._seen) if self._begun else (None, None)
+        self._broken = self._begun and not by_operator and not is_landed
+        self._begun = self._begun and not (by_operator and is_landed)
+        self._left_us, self._left_at = (now_us, self._seen) if self._begun and not self._broken else (None, None)
 
     def resume(self, place: LatLon | None) -> None:
         """The process before this one ended under way."""
