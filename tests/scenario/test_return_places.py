@@ -273,6 +273,49 @@ def test_a_place_behind_an_island_is_passed_over_while_another_lies_open(hull, w
     assert re.search(r"Return to home, \d+ m: the fence is across the way to rally point 1, \d+ m", said)
 
 
+@pytest.mark.parametrize("hull", ["otter", *in_the_soak("wamv", "blueboat")])
+def test_a_boat_on_a_detour_turns_for_home_when_the_way_there_opens(hull):
+    """The corner of an island was 1 m in the way home: she sailed for a rally point until her battery was empty."""
+    helm = sent_out(hull, *CRITICAL, to=(80.0, 20.0))
+    forbid(helm, box(30.0, 55.0, -15.0, 15.0))
+    rally_at(helm, (80.0, 315.0))
+    helm.gcs.clear()
+    helm.world.surroundings.plant.board.set_voltage(10.5)
+    helm.run(240.0)
+    assert math.hypot(helm.truth.north_m, helm.truth.east_m) < 5.0
+    said = helm.texts().replace("\n", "")
+    assert said.count("Return to ") == 2
+    assert re.search(r"Return to rally point 1, \d+ m: the fence is across the way to home, \d+ m", said)
+    assert re.search(r"Return to home, \d+ m: the way is open, and shorter than to rally point 1", said)
+
+
+def test_a_plan_that_returns_turns_for_home_when_the_way_there_opens(voyage):
+    trip = voyage(NO_DEPTH)
+    assert trip.circle_fence(14.0, 42.0, 0.0, inclusion=False).reason == ""
+    rally(trip, (80.0, 315.0))
+    way = [PlanItem(16, 3, 0.0, 0.0, 0.0, 0.0, *trip.at(*place), 0.0) for place in ((0.0, 60.0), (80.0, 20.0))]
+    assert trip.upload(PlanKind.MISSION, [*way, PlanItem(20, 2, *[0.0] * 4, 0, 0, 0.0)]).reason == ""
+    assert [trip.ask(body).reason for body in (Arm(arm=True), StartPlan(0))] == ["", ""]
+    trip.until(lambda: bool(told(trip, "return to rally point 1, ")), 200.0)
+    trip.run(200.0)
+    assert trip.distance_m < 5.0
+    assert len(told(trip, "return to ")) == 2
+    assert told(trip, ": the way is open, and shorter than to rally point 1")
+
+
+@pytest.mark.parametrize("hull", ["wamv", *in_the_soak("otter")])
+def test_a_boat_near_home_does_not_sail_for_a_place_far_away(hull):
+    """82 m from home she went for a rally point 3 km off, on the last of her battery; she waits before the island, told."""
+    helm = sent_out(hull, *CRITICAL, to=(80.0, 20.0))
+    forbid(helm, box(30.0, 55.0, -40.0, 15.0))
+    rally_at(helm, (80.0, 3_000.0))
+    helm.gcs.clear()
+    helm.world.surroundings.plant.board.set_voltage(10.5)
+    helm.run(120.0)
+    assert math.hypot(helm.truth.north_m, helm.truth.east_m) < 90.0
+    assert re.search(r"Return to home, \d+ m: the fence is across the way", helm.texts().replace("\n", ""))
+
+
 def test_a_boat_that_is_held_before_the_fence_goes_where_a_way_opens():
     """Nothing but the nearest place was ever looked at."""
     helm = sent_out("otter", *CRITICAL, to=(80.0, 0.0))

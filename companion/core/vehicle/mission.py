@@ -296,7 +296,7 @@ class Mission:
             lat, lon = self._sailed_to or here
             return Loiter(item.seq, lat, lon, figure=Hover(), duration_s=item.duration_s)
         if isinstance(item, ReturnHome):
-            haven = self.havens.nearest(state, self.speed_mps)
+            haven = self.havens.choose(state, self.speed_mps, keeps=False)
             if haven is not None:
                 if haven.point != self._returned_to or not (self._stay_us or haven.away_m < THERE_M):
                     self._texts.append((Severity.NOTICE, f"item {item.seq}: return to {haven.told}"))
