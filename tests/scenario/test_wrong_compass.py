@@ -182,7 +182,9 @@ def farthest_m(trip, seconds: float, each_s: Callable[[], None]) -> float:
     ("rate_dps", "water"),
     [
         (1.0, ("world.water.current_mps=0.3", "world.water.wind_mps=5")),
-        *in_the_soak((0.5, ("world.water.current_mps=0.3", "world.water.wind_mps=5")), (2.0, ())),
+        *in_the_soak(
+            (0.5, ("world.water.current_mps=0.3", "world.water.wind_mps=5")), (2.0, ("world.water.current_mps=0.3",))
+        ),
     ],
 )
 def test_a_compass_that_creeps_away_in_hold_is_found(voyage, rate_dps: float, water: tuple[str, ...]) -> None:
@@ -207,5 +209,5 @@ def test_a_compass_that_creeps_away_under_way_is_found(voyage, vessel: str) -> N
         assert farthest_m(trip, 50.0, creep) < 60.0
     assert any(OFF in text for text in trip.texts)
     assert trip.neutral
-    assert -10.0 < trip.truth.north_m < 50.0
+    assert -15.0 < trip.truth.north_m < 50.0
     assert -10.0 < trip.truth.east_m < 50.0

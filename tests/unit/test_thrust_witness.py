@@ -149,7 +149,7 @@ def sails_and_stops(t_s: float) -> float:
 
 @pytest.mark.parametrize("receiver", FINE + PLAIN)
 @pytest.mark.parametrize(
-    ("creeps_dps", "within_s"), [(0.2, 320.0), (0.5, 170.0), (1.0, 130.0), (-2.0, 160.0), (3.0, 160.0)]
+    ("creeps_dps", "within_s"), [(0.2, 360.0), (0.5, 170.0), (1.0, 130.0), (-2.0, 160.0), (3.0, 160.0)]
 )
 def test_a_compass_that_creeps_away_is_found_though_her_way_bore_it_out_once(
     creeps_dps: float, within_s: float, receiver: Receiver

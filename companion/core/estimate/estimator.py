@@ -63,6 +63,7 @@ class Estimator:
         self._own = OwnWay(self._water)
         self._heading = HeadingTrack(config, self._texts, self._own)
         self._heading.variation.by_model = self._model_variation
+        self.has_turn_rate = self._heading.has_rate
         self._position = PositionTrack(config, self._texts)
         self._receivers = FixChoice(
             self._texts, geometry.antenna_of, self._compass_attitude_at, self._position.is_acceptable

@@ -117,6 +117,8 @@ class PropulsionWatch:
         self._gusts_nm = max(self._clear_nm, min(_GUSTS * _GUSTS * self._clear_nm, _ASKED * side_nm))
         self.on_trial = False
         """A sea trial is under way."""
+        self.has_turn_rate = False
+        """A sensor of its own tells it."""
         self._forget()
 
     def clear(self) -> bool:
@@ -266,7 +268,10 @@ class PropulsionWatch:
         smooth, patience = self._smooth, _ON_TRIAL if self.on_trial else 1.0
         assert smooth is not None
         sides_nm, apart_nm = (smooth[7], smooth[8]), self._lateral_m * (smooth[2] - smooth[3])
-        self.late.step(dt_s, apart_nm + smooth[9], missing_nm)
+        if self.has_turn_rate:
+            self.late.rest()
+        else:
+            self.late.step(dt_s, apart_nm + smooth[9], missing_nm)
         for helm, helm_nm, cause in (
             (self._swapped, apart_nm, Cause.SWAPPED),
             (self._mirrored, smooth[9], Cause.RUDDERS_REVERSED),

@@ -31,7 +31,7 @@ from mavlink_bridge.language.snapshot import Snapshot
 
 from ..guard import failsafe
 from ..guard.depth.shoal import Going
-from ..guard.diagnosis import words
+from ..guard.diagnosis import Cause, words
 from ..guard.gate import Evidence
 from ..guard.outlook import outlook
 from ..guide.leg import Leg
@@ -119,8 +119,7 @@ class Vehicle:
             inputs.actuator, inputs.actuator_faults, ready=inputs.actuator_ready, armed=controls.armed
         )
         others = parts.traffic.step(now_us, state, utc_us, inputs.ais, line_alive=inputs.ais_alive)
-        for severity, text in parts.traffic.drain_texts():
-            controls.voice.say(severity, text)
+        controls.voice.say_all(parts.traffic.drain_texts())
         controls.sensed = sensed = Sensed(now_us, dt_s, inputs, state, board=board, utc_us=utc_us, others=others)
         controls.voyage.passes(controls.here)
         if controls.started_at is None:
@@ -160,6 +159,7 @@ class Vehicle:
         mirrored, was_late = watch.helm_mirrored, watch.late.told_s > 0.0
         was, shares, diagnosis = watch.weak, watch.shares, self.parts.diagnosis
         watch.on_trial = self.parts.navigator.on_trial
+        watch.has_turn_rate = self.parts.estimator.has_turn_rate(sensed.now_us)
         now = watch.step(sensed.dt_s, sensed.state, before.output, diagnosis.opinion, diagnosis.told)
         if watch.helm_mirrored and not mirrored:
             say(Severity.CRITICAL, _MIRRORED)
@@ -181,11 +181,12 @@ class Vehicle:
         diagnosis, watch = self.parts.diagnosis, self.parts.propulsion
         if not self.controls.armed:
             diagnosis.clear()
-        elif any(watch.weak) or watch.helm_mirrored or watch.late.told_s:
+            return
+        if any(watch.weak) or watch.helm_mirrored or watch.late.told_s:
             diagnosis.rest()
-        elif (
-            cause := diagnosis.step(sensed.dt_s, sensed.state, before.output)
-        ) is not None and not watch.late.explains:
+            return
+        cause = diagnosis.step(sensed.dt_s, sensed.state, before.output)
+        if cause is not None and not (watch.late.explains and cause in (Cause.SWAPPED, Cause.RUDDERS_REVERSED)):
             self.controls.voice.say(Severity.WARNING, words(cause))
 
     # ---- course and demand

@@ -30,7 +30,12 @@ class BorneOut:
 
     def __bool__(self) -> bool:
         """Whether the heading is vouched for."""
-        return self._age_s is not None and self._age_s < _VOUCHES_S and self._swung_s < _SWUNG_S
+        return self.once and self._age_s is not None and self._age_s < _VOUCHES_S
+
+    @property
+    def once(self) -> bool:
+        """Whether it was at some time, and bow and course have not parted since."""
+        return self._age_s is not None and self._swung_s < _SWUNG_S
 
     def renew(self) -> None:
         """The way goes with the heading now."""

@@ -24,6 +24,10 @@ _LEAST_S: Final = 0.8
 _SIGMAS: Final = 5.0
 _EXPLAINED: Final = 0.5
 """Share of what places and speed differ by that the slope must explain. A speed in the wrong unit differs on straight legs, too."""
+_ENDS: Final = 0.5
+"""With half of what began it, it ends: what a receiver that settles made in its first minute wears off."""
+_LEAST_TIME_S: Final = 20.0
+"""A receiver that has just found itself steps and wanders for some ten seconds."""
 _LEAST_CHANGE: Final = 3.0
 """Change of the speed, m/s, squared and by seconds: less is the noise of a receiver at rest."""
 
@@ -72,13 +76,14 @@ class LateSpeed:
         self._apart = keep * self._apart + dt_s * (apart.conjugate() * apart).real
 
     def _judged(self) -> str:
-        if self._own < _LEAST_CHANGE:
+        if self._own < _LEAST_CHANGE or self._time_s < _LEAST_TIME_S:
             return ""
         lag_s = self._both / self._own
         explained = lag_s * self._both
         spread_s2 = (self._apart - explained) * _OVER_US * 1e-6 / (2.0 * self._time_s * self._own)
         if self.lag_s:
-            self.lag_s = max(lag_s, _LEAST_S)
+            is_still = lag_s > _ENDS * _LEAST_S and explained > _ENDS * _EXPLAINED * self._apart
+            self.lag_s = max(lag_s, _LEAST_S) if is_still else 0.0
         elif lag_s > _LEAST_S + _SIGMAS * math.sqrt(max(spread_s2, 0.0)) and explained > _EXPLAINED * self._apart:
             self.lag_s = lag_s
         if not self.lag_s or self._told:

@@ -53,6 +53,9 @@ _SLOW_TOGETHER: Final = 0.75
 _SLOW_OFF_RAD: Final = math.radians(60.0)
 _SLOW_S: Final = 6.0
 """but for longer than all else: an eddy that is crossed turns within it."""
+_ONCE_S: Final = 8.0
+"""And for so long where the way bore the heading out before, and nothing has parted since: on a straight way the first change of thrust is
+often a propeller that fails, whose own watch takes 5 to 10 s."""
 _CREEPS_RAD: Final = math.radians(25.0)
 """Meanwhile it creeps so far itself."""
 _BORNE_OUT_RAD: Final = math.radians(30.0)
@@ -259,8 +262,10 @@ class ThrustWitness:
             self._clear.end()
             self._slow.end()
             return None
-        is_clear = self._clear.step(dt_s, off_rad, together) >= (_HELD_BY_ROUGH_S if is_rough else _HELD_S)
-        is_slow = self._slow.step(dt_s, off_rad, together) >= _SLOW_S
+        once = self._borne_out.once
+        held_s = _ONCE_S if once else _HELD_BY_ROUGH_S if is_rough else _HELD_S
+        is_clear = self._clear.step(dt_s, off_rad, together) >= held_s
+        is_slow = self._slow.step(dt_s, off_rad, together) >= (_ONCE_S if once else _SLOW_S)
         return off_rad if is_clear or is_slow else None
 
 

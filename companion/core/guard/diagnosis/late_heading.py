@@ -18,6 +18,8 @@ _MEMORY_S: Final = 4.0
 _LEFT: Final = 0.15
 """Share of what is missing that may be left. Late headings left 0.06 at most on the hulls that were tried, wires changed over 0.19
 and more."""
+_FORGETS: Final = 0.05
+"""A swing that is not explained so takes back a twentieth of its time: in an hour of gusts each boat shows some."""
 _SHOWN_S: Final = 12.0
 """So long in all it must look so until it is told: two swings, or three corners."""
 _OWN_S: Final = 0.5
@@ -50,6 +52,10 @@ class LateHeading:
         self.told_s = 0.0
         """By so much the heading is late; 0 while that is not certain."""
 
+    def rest(self) -> None:
+        """A sensor tells the turn: the heading is not late for those who steer by it."""
+        self.explains = False
+
     def step(self, dt_s: float, helm_nm: float, missing_nm: float) -> None:
         """Take what thrusters and rudders should turn the hull by, and what is missing of all, after one low-pass."""
         for lag in (*self._lags, self._never):
@@ -57,7 +63,7 @@ class LateHeading:
         self._missing += dt_s / _MEMORY_S * (missing_nm * missing_nm - self._missing)
         best = min(self._lags, key=lambda lag: lag.left)
         self.explains = best.left < _LEFT * self._missing
-        if self.explains and self._missing > self._least and best.left < self._never.left:
-            self._shown_s += dt_s
+        is_shown = self.explains and self._missing > self._least and best.left < self._never.left
+        self._shown_s = self._shown_s + dt_s if is_shown else max(0.0, self._shown_s - _FORGETS * dt_s)
         if self._shown_s > _SHOWN_S and not self.told_s:
             self.told_s = best.tau_s - _OWN_S
