@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import pytest
 
@@ -65,6 +66,24 @@ def test_an_order_soon_after_the_stop_keeps_her_off_the_shoal(voyage, hull, curr
     assert trip.snapshot.action < Action.HOLD
     if way is not Mode.HOLD:
         assert trip.truth.north_m < 40.0, "she has backed out, turned, and sails away"
+
+
+@pytest.mark.parametrize("hull", ["otter", *in_the_soak("blueboat", "wamv")])
+@pytest.mark.parametrize("off_astern_deg", [60.0, 85.0])
+def test_an_order_that_leads_obliquely_back_is_sailed_without_dithering(voyage, hull, off_astern_deg):
+    """At 60 degrees she changed between astern and ahead 71 times in 80 s, two metres from where she was stopped."""
+    trip = stopped(voyage, hull=hull)
+    trip.run(4.0)
+    here = trip.truth
+    angle_rad = math.radians(180.0 + off_astern_deg)
+    assert go_to(trip, here.north_m + 60.0 * math.cos(angle_rad), here.east_m + 60.0 * math.sin(angle_rad)) == ""
+    backed = []
+    for _ in range(20 * 60):
+        trip.step()
+        backed.append(trip.truth.u_mps < -0.1)
+    assert sum(before != now for before, now in pairwise(backed)) <= 2, "astern once, then ahead"
+    assert math.dist((here.north_m, here.east_m), (trip.truth.north_m, trip.truth.east_m)) > 25.0
+    assert trip.snapshot.action < Action.HOLD
 
 
 @pytest.mark.parametrize("seed", [1, *in_the_soak(2, 3)])

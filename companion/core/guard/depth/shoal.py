@@ -17,6 +17,7 @@ from mavlink_bridge.language.points import NorthEast
 from mavlink_bridge.language.value import value
 
 from .ahead import DepthLook
+from .backing import BackingOut, Come
 from .config import DepthGuardConfig
 from .lookahead import PathAhead, StoppingDistance
 from .ways import own_way, ways
@@ -25,12 +26,10 @@ STILL_MPS: Final = 0.5
 """Way of her own below this is what keeping a station takes: thrust astern takes it off within a metre or two."""
 _PATH_M: Final = 10.0
 """So far along it a path shows whether it leads away: beyond the turn of every shipped hull."""
-_AWAY_M: Final = 1.0
+_NEARER_M: Final = 1.0
 """More than a position wavers from fix to fix."""
-_NEAR_M: Final = 25.0
-"""Farther from where she was stopped she has got away, and turns as anywhere."""
-_BACK_M: Final = 8.0
-"""So far she backs out: a turn at rest carries a boat whose propellers give less astern some three metres on."""
+_AWAY_M: Final = 0.5
+"""So much farther off at its end a path leads away: along the shoal no boat has room to turn either, and 87 degrees are not along."""
 _WIDE_M: Final = 50.0
 """So far to either side of her course a shoal is taken to lie: farther off nobody has looked, with a sounder or without."""
 _FORGET_M: Final = 100.0
@@ -40,8 +39,6 @@ _BEYOND_M: Final = 0.5
 _LOOK_M: Final = 1.0
 """The way is looked at in steps of this, and so far beyond where she would lie."""
 BLIND: Final = "nothing is known of the way ahead: sounder silent"
-_BOW: Final = 0.5
-"""Cosine of 60 degrees: with the bow farther off the shoal astern leads along it, and the turn that is left is short."""
 _COURSE_MPS: Final = 0.3
 """Slower, the course over ground is where she drifts; the bow says what she was about to do."""
 
@@ -83,10 +80,9 @@ class MetShoal:
         self.minds_silence = True
         """A sounder that falls silent is acted on."""
         self._least_m = self._reaction_s = 0.0
-        self._farthest_m = 0.0
-        """How far she has come on towards it since she was stopped."""
-        self._runs_out = self._backs = False
-        """She still has the way of the stop; she has not yet got the room to turn."""
+        self._runs_out = False
+        """She still has the way of the stop."""
+        self._backing = BackingOut()
 
     def configure(self, config: DepthGuardConfig) -> None:
         """Take new settings."""
@@ -112,7 +108,8 @@ class MetShoal:
         # What a chart knows it goes on knowing without a sounder.
         is_sounded = look.closing_mps > 0.0 or not look.by_place
         self._limit = None if not is_sounded else NorthEast((state.x_m + left_m * north, state.y_m + left_m * east))
-        self._farthest_m, self._runs_out, self._backs = 0.0, True, True
+        self._runs_out = True
+        self._backing.arm()
         self._is_told = False
 
     def look(
@@ -178,40 +175,41 @@ class MetShoal:
         own_mps = own_way(state)
         is_still = math.hypot(*own_mps) <= STILL_MPS
         towards_mps = self._towards(own_mps)
-        self._follow(state, towards_mps)
+        come = self._come(state)
+        has_room = self._backing.follow(come)
+        self._runs_out = self._runs_out and not has_room and towards_mps > STILL_MPS
         if going.keeps_station:
+            self._backing.pause()
             return Judged(stop and not is_still and not self._runs_out)
         if self._course is None or not going.turns_at_rest or not self._leads_away(state, path_ahead):
             return Judged(stop)
-        back_rad = self._back_rad(state)
+        back_rad = math.atan2(self._course[1], self._course[0]) if self._backing.goes_on(state, come) else None
         spared = is_still or (not by_place and (back_rad is not None or towards_mps <= STILL_MPS))
         return Judged(stop and not spared, back_rad)
 
-    def _follow(self, state: EstimatedState, towards_mps: float) -> None:
-        """Note how far she has come since the stop, and whether she has run out."""
-        come = (state.x_m or 0.0) - self._from[0], (state.y_m or 0.0) - self._from[1]
-        come_m = self._towards(come)
-        self._farthest_m = max(self._farthest_m, come_m)
-        if towards_mps <= STILL_MPS:
-            self._runs_out = False
-        if math.hypot(*come) > _NEAR_M or self._farthest_m - come_m >= _BACK_M:
-            self._runs_out = self._backs = False
-
-    def _back_rad(self, state: EstimatedState) -> float | None:
-        """Where the bow is held while she backs out; None where she need not, or lies across."""
-        bow_rad, course = state.psi_rad, self._course
-        if not self._backs or bow_rad is None or course is None:
-            return None
-        is_bow_on = self._towards((math.cos(bow_rad), math.sin(bow_rad))) >= _BOW
-        return math.atan2(course[1], course[0]) if is_bow_on else None
+    def _come(self, state: EstimatedState) -> Come:
+        """How far she has come since the stop, and where her bow is."""
+        way = (state.x_m or 0.0) - self._from[0], (state.y_m or 0.0) - self._from[1]
+        bow_rad = state.psi_rad
+        bow = None if bow_rad is None else self._towards((math.cos(bow_rad), math.sin(bow_rad)))
+        return Come(math.hypot(*way), self._towards(way), bow)
 
     def _leads_away(self, state: EstimatedState, path_ahead: PathAhead | None) -> bool:
-        """Whether the path that is being sailed leads back from the shoal, and nowhere nearer to it."""
+        """Whether the path that is being sailed leads back from the shoal, and nowhere nearer to it. While she backs out it is
+        held against where she began: the path begins abeam of her, which is nearer to the shoal the farther astern she is.
+        """
         path = () if path_ahead is None else path_ahead(_PATH_M)
         if not path:
+            self._backing.pause()
             return False
-        ways_m = [self._towards((north - (state.x_m or 0.0), east - (state.y_m or 0.0))) for north, east in path]
-        return ways_m[-1] < -_AWAY_M and max(ways_m) < _AWAY_M
+        began_at = self._backing.began_at
+        here = began_at or (state.x_m or 0.0, state.y_m or 0.0)
+        ways_m = [self._towards((north - here[0], east - here[1])) for north, east in path]
+        away_m, nearer_m = (_AWAY_M, _NEARER_M) if began_at is None else (0.0, 2.0 * _NEARER_M)
+        leads_away = ways_m[-1] < -away_m and max(ways_m) < nearer_m
+        if not leads_away:
+            self._backing.redirect()
+        return leads_away
 
     def _towards(self, way: tuple[float, float]) -> float:
         """The part of a way, north and east, that leads towards the shoal."""
