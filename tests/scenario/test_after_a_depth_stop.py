@@ -86,6 +86,27 @@ def test_an_order_that_leads_obliquely_back_is_sailed_without_dithering(voyage, 
     assert trip.snapshot.action < Action.HOLD
 
 
+@pytest.mark.parametrize("wait_s", [3.0, *in_the_soak(8.0)])
+def test_thrusters_that_push_the_wrong_way_do_not_drive_her_on_while_she_backs_out(voyage, wait_s):
+    """Nothing stopped her before she was below the limit: 2.35 m, and locked."""
+    trip = stopped(voyage, "world.bottom.slope.gradient=0.33")
+    trip.run(wait_s)
+    trip.world.surroundings.plant.vessel.thruster_health[:] = [-1.0, -1.0]
+    assert trip.mode(Mode.RTL).reason == ""
+    assert least_altitude(trip, 30.0) >= 3.85
+
+
+@pytest.mark.parametrize("dead", [0, 1])
+def test_a_boat_that_does_not_go_astern_gives_it_up(voyage, dead):
+    """With one thruster dead she lay where she was for as long as anybody looked, with Return in force and nothing told."""
+    trip = stopped(voyage, "world.bottom.slope.gradient=0.33")
+    trip.run(2.0)
+    trip.world.surroundings.plant.vessel.thruster_health[dead] = 0.0
+    assert trip.mode(Mode.RTL).reason == ""
+    assert least_altitude(trip, 60.0) >= 3.5
+    assert trip.snapshot.action is Action.STOP, "what remains takes her no way back, and she is told so"
+
+
 @pytest.mark.parametrize("seed", [1, *in_the_soak(2, 3)])
 def test_a_long_swell_over_a_level_bottom_leaves_a_boat_on_her_station(voyage, seed):
     """It lets her down as fast as a slope would; stopped for that within a minute, she drifted until somebody looked."""

@@ -1,7 +1,8 @@
 """Backing out from a shoal: from when to when, once for each stop.
 
 It begins with an order that leads back while she lies with her bow on the shoal, and then goes on to its end: judged anew at each tick
-the way ordered would lead back at one place and not at the next, and she would dither between astern and ahead.
+the way ordered would lead back at one place and not at the next, and she would dither between astern and ahead. A boat that does not
+go astern (a dead thruster, one that pushes the wrong way, a stream) gives it up: she turns, or is stopped as anywhere.
 """
 
 from __future__ import annotations
@@ -20,6 +21,12 @@ _BOW: Final = 0.5
 """Cosine of 60 degrees: with the bow farther off the shoal astern leads along it, and the turn that is left is short."""
 _ASKEW: Final = 0.0
 """Cosine of 90 degrees: a bow that yaws farther while she backs out has turned already."""
+_PROVE_US: Final = 3_000_000
+"""So long thrust astern is given to take off way; from rest every shipped hull goes astern sooner."""
+_ASTERN_M: Final = 0.15
+"""In that time a position wavers less: who has gone so far astern, or so much less far on than in the time before, obeys."""
+_GAIN_MPS: Final = 0.3
+"""More way towards the shoal than she has had, beyond what a sea gives a boat that is filtered: thrust astern drives her on."""
 
 
 @value
@@ -29,6 +36,8 @@ class Come:
     off_m: float
     towards_m: float
     """Towards the shoal; negative: back from it."""
+    towards_mps: float
+    """Over ground: what thrust the wrong way gives is taken for a stream at first."""
     bow: float | None
     """Cosine of the angle between her bow and the way to the shoal."""
 
@@ -43,6 +52,10 @@ class BackingOut:
         """Where she began; None: she does not back out."""
         self._farthest_m = 0.0
         """How far she has come on towards the shoal since she was stopped."""
+        self._least_mps = 0.0
+        """The least way towards it since she began."""
+        self._since_us, self._since_m, self._before_m = 0, 0.0, 0.0
+        """When the span began in which she has to prove that she goes astern, where, and how far she came on in the one before."""
 
     def arm(self) -> None:
         """She has been stopped: she may."""
@@ -77,6 +90,20 @@ class BackingOut:
             if come.bow < _BOW:
                 return False
             self.began_at = NorthEast((state.x_m, state.y_m))
-        elif come.bow < _ASKEW:
+            self._least_mps = come.towards_mps
+            self._since_us, self._since_m = state.t_us, come.towards_m
+            self._before_m = max(come.towards_mps, 0.0) * _PROVE_US * 1e-6
+        elif come.bow < _ASKEW or not self._obeys(state.t_us, come):
             self.end()
         return self._is_due
+
+    def _obeys(self, now_us: int, come: Come) -> bool:
+        """Whether she goes astern, or still loses the way that she had."""
+        self._least_mps = min(self._least_mps, come.towards_mps)
+        if come.towards_mps > max(self._least_mps, 0.0) + _GAIN_MPS:
+            return False
+        if now_us - self._since_us < _PROVE_US:
+            return True
+        moved_m, before_m = come.towards_m - self._since_m, self._before_m
+        self._since_us, self._since_m, self._before_m = now_us, come.towards_m, moved_m
+        return moved_m <= max(-_ASTERN_M, before_m - _ASTERN_M)

@@ -192,7 +192,8 @@ class MetShoal:
         way = (state.x_m or 0.0) - self._from[0], (state.y_m or 0.0) - self._from[1]
         bow_rad = state.psi_rad
         bow = None if bow_rad is None else self._towards((math.cos(bow_rad), math.sin(bow_rad)))
-        return Come(math.hypot(*way), self._towards(way), bow)
+        over_ground = (state.vx_mps or 0.0, state.vy_mps or 0.0)
+        return Come(math.hypot(*way), self._towards(way), self._towards(over_ground), bow)
 
     def _leads_away(self, state: EstimatedState, path_ahead: PathAhead | None) -> bool:
         """Whether the path that is being sailed leads back from the shoal, and nowhere nearer to it. While she backs out it is
