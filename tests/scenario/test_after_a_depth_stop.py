@@ -107,6 +107,17 @@ def test_a_boat_that_does_not_go_astern_gives_it_up(voyage, dead):
     assert trip.snapshot.action is Action.STOP, "what remains takes her no way back, and she is told so"
 
 
+@pytest.mark.parametrize("above_m", [0.05, *in_the_soak(0.1, 0.2)])
+def test_passing_the_limit_does_not_stop_a_boat_that_backs_out(voyage, above_m):
+    """She was ordered back at 4.04 m, stopped at the limit of 4.00 m while she already slowed, and was aground a minute later."""
+    trip = stopped(voyage, *setting(0.3))
+    trip.until(lambda: trip.truth.depth_m - KEEL_M < 4.0 + above_m, 60.0)
+    assert trip.mode(Mode.RTL).reason == ""
+    assert least_altitude(trip, 60.0) >= 3.7
+    assert trip.snapshot.mode is Mode.RTL
+    assert trip.truth.north_m < 40.0
+
+
 @pytest.mark.parametrize("seed", [1, *in_the_soak(2, 3)])
 def test_a_long_swell_over_a_level_bottom_leaves_a_boat_on_her_station(voyage, seed):
     """It lets her down as fast as a slope would; stopped for that within a minute, she drifted until somebody looked."""

@@ -287,7 +287,8 @@ class DepthGuard:
             self._shallow = self._unlocked = False
         below = altitude_m is not None and altitude_m < min_m - EPS_M
         locks = new is LOCKED and old is not LOCKED
-        corrects = new is CORRECTION and below and not self._shallow
+        # Who backs out already does what a correction asks for: to stop her would leave her to what sets her on.
+        corrects = new is CORRECTION and below and not self._shallow and not self._shoal.goes_astern
         if locks:
             self._shallow = self._unlocked = False
         if corrects:

@@ -187,6 +187,11 @@ class MetShoal:
         spared = is_still or (not by_place and (back_rad is not None or towards_mps <= STILL_MPS))
         return Judged(stop and not spared, back_rad)
 
+    @property
+    def goes_astern(self) -> bool:
+        """She backs out, and it has not been given up."""
+        return self._backing.began_at is not None
+
     def _come(self, state: EstimatedState) -> Come:
         """How far she has come since the stop, and where her bow is."""
         way = (state.x_m or 0.0) - self._from[0], (state.y_m or 0.0) - self._from[1]
