@@ -2,7 +2,7 @@
 
 A stop takes off the way that a vessel makes of her own; against wind and current it does nothing, and lets her drift. So one that keeps
 her station is not stopped for what lies ahead. One that is ordered away backs out on the track that she came by, which is known to be
-deep, before she turns. What is measured under the keel stops her all the same. While no depth is read, nothing is known of the water
+deep, before she turns. What is measured below the lock stops her all the same. While no depth is read, nothing is known of the water
 beyond the limit, and no way leads over it.
 """
 
