@@ -16,8 +16,8 @@ from mavlink_bridge.language.messages import EstimatedState, Severity
 from mavlink_bridge.language.points import NorthEast
 from mavlink_bridge.language.value import value
 
+from ..backing import BackingOut, Come
 from .ahead import DepthLook
-from .backing import BackingOut, Come
 from .config import DepthGuardConfig
 from .lookahead import PathAhead, StoppingDistance
 from .ways import own_way, ways
