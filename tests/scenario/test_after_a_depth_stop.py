@@ -55,7 +55,7 @@ def least_altitude(trip, seconds):
     ("hull", "current_mps", "wait_s"),
     [("otter", 0.2, 1.0), ("blueboat", 0.3, 4.0), *in_the_soak(("blueboat", 0.2, 1.0), ("otter", 0.0, 8.0))],
 )
-@pytest.mark.parametrize("way", [Mode.HOLD, Mode.RTL, Mode.GUIDED])
+@pytest.mark.parametrize("way", [Mode.HOLD, Mode.RTL, *in_the_soak(Mode.GUIDED)])
 def test_an_order_soon_after_the_stop_keeps_her_off_the_shoal(voyage, hull, current_mps, wait_s, way):
     """The set carried her on: each order was accepted and stopped again within a second, and she was aground after 90 s."""
     trip = stopped(voyage, *setting(current_mps), hull=hull)
@@ -69,7 +69,7 @@ def test_an_order_soon_after_the_stop_keeps_her_off_the_shoal(voyage, hull, curr
 
 
 @pytest.mark.parametrize("hull", ["otter", *in_the_soak("blueboat", "wamv")])
-@pytest.mark.parametrize("off_astern_deg", [60.0, 85.0])
+@pytest.mark.parametrize("off_astern_deg", [60.0, *in_the_soak(85.0)])
 def test_an_order_that_leads_obliquely_back_is_sailed_without_dithering(voyage, hull, off_astern_deg):
     """At 60 degrees she changed between astern and ahead 71 times in 80 s, two metres from where she was stopped."""
     trip = stopped(voyage, hull=hull)
@@ -96,7 +96,7 @@ def test_thrusters_that_push_the_wrong_way_do_not_drive_her_on_while_she_backs_o
     assert least_altitude(trip, 30.0) >= 3.85
 
 
-@pytest.mark.parametrize("dead", [0, 1])
+@pytest.mark.parametrize("dead", [0, *in_the_soak(1)])
 def test_a_boat_that_does_not_go_astern_gives_it_up(voyage, dead):
     """With one thruster dead she lay where she was for as long as anybody looked, with Return in force and nothing told."""
     trip = stopped(voyage, "world.bottom.slope.gradient=0.33")

@@ -120,9 +120,9 @@ class Slow(Noise):
         return None if next(self.asked) % self.every else Noise.read(self, rng, true_m)
 
 
-@pytest.mark.parametrize("hull", ["otter", "blueboat"])
-@pytest.mark.parametrize("n", [10, 4, 2])
-@pytest.mark.parametrize(("every", "lost"), [(10, 0.2), (14, 0.0), (20, 0.0), (20, 0.1)])
+@pytest.mark.parametrize("hull", ["otter", *in_the_soak("blueboat")])
+@pytest.mark.parametrize("n", [*in_the_soak(10), 4, 2])
+@pytest.mark.parametrize(("every", "lost"), [(10, 0.2), *in_the_soak((14, 0.0), (20, 0.0)), (20, 0.1)])
 def test_a_slow_sounder_keeps_3_4_m(hull, n, every, lost):
     """A slope of 1:2 was sailed up aground, without a word, with a reading each 1.4 s and more."""
     for seed in range(4):
@@ -247,7 +247,8 @@ def test_waves_over_a_level_bottom_stop_nobody(altitude_m, height_m, period_s, s
 
 
 @pytest.mark.parametrize(
-    ("altitude_m", "height_m", "period_s"), [(5.5, 0.6, 9.0), (5.5, 1.0, 10.0), (7.0, 1.5, 12.0), (7.0, 1.5, 14.0)]
+    ("altitude_m", "height_m", "period_s"),
+    [(5.5, 1.0, 10.0), (7.0, 1.5, 14.0), *in_the_soak((5.5, 0.6, 9.0), (7.0, 1.5, 12.0))],
 )
 @pytest.mark.parametrize("speed_mps", [0.0, 1.5])
 def test_a_swell_over_a_level_bottom_stops_nobody(altitude_m, height_m, period_s, speed_mps):

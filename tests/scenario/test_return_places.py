@@ -254,7 +254,7 @@ def rally_at(helm, *places):
 
 @pytest.mark.parametrize(
     ("hull", "what"),
-    [("otter", "battery"), ("wamv", "station"), *in_the_soak(("blueboat", "station"), ("wamv", "battery"))],
+    [("otter", "battery"), *in_the_soak(("wamv", "station"), ("blueboat", "station"), ("wamv", "battery"))],
 )
 def test_a_place_behind_an_island_is_passed_over_while_another_lies_open(hull, what):
     """She lay before the island for good, until "Battery empty: STOP", and home was open all the while."""

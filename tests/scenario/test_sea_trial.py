@@ -8,6 +8,7 @@ from companion.tuning.fitted import vessel_toml
 from mavlink_bridge.language.messages import Action, Mode
 from mavlink_bridge.language.requests import Arm, SetMode
 from mavlink_bridge.language.trials import SeaTrial, TrialOrder
+from tests.soaked import in_the_soak
 from tests.world_station import Helm
 from tools.benches.cells.foreign_hulls import launch
 from tools.benches.cells.trial_cells import wrong
@@ -236,7 +237,7 @@ def low_battery(after_s):
     return helm
 
 
-@pytest.mark.parametrize("after_s", [25.0, 40.0, 55.0])
+@pytest.mark.parametrize("after_s", [*in_the_soak(25.0, 55.0), 40.0])
 def test_a_battery_that_gets_low_ends_a_trial_before_the_next_run(after_s):
     """One with such a battery is not begun; but the next run at 95 % was sailed, six seconds after the warning."""
     helm = low_battery(after_s)

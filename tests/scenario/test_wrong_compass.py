@@ -197,7 +197,7 @@ def test_a_compass_that_creeps_away_in_hold_is_found(voyage, rate_dps: float, wa
     assert trip.neutral
 
 
-@pytest.mark.parametrize("vessel", ["otter", "blueboat"])
+@pytest.mark.parametrize("vessel", ["otter", *in_the_soak("blueboat")])
 def test_a_compass_that_creeps_away_under_way_is_found(voyage, vessel: str) -> None:
     trip = in_hold(voyage, f'vessel="{vessel}"')
     go_to(trip, 40.0, 0.0)

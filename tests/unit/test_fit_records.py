@@ -45,6 +45,7 @@ def changed(vessel, part, **values):
     return vessel.model_copy(update={part: getattr(vessel, part).model_copy(update=values)})
 
 
+@pytest.mark.soak
 def test_propellers_that_turn_the_hull_by_a_quarter_of_what_the_file_says_are_found_and_told(tmp_path):
     """Motion tells inertia and damping in yaw per moment only: all four are four times what the file says."""
     file = bare("otter", 0.3)
