@@ -29,7 +29,6 @@ def test_a_value_at_its_bound_is_told_and_not_known():
     assert not munk.told(0.9)
 
 
-@pytest.mark.soak
 @pytest.mark.soak  # a whole fit; the next one finds another value that a file has wrong by all
 def test_a_hull_without_a_munk_moment_is_found_from_a_file_that_has_one(tmp_path):
     """Sway inertia and damping came out a quarter and a half too small: the file's moment was left in, and they made up for it."""
