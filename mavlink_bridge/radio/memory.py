@@ -60,8 +60,6 @@ def write(inboxes: Inboxes, ledger: Ledger, now_us: int) -> str:
     """Make a text of the answers given to each start of the other end, and of the hour of a ledger that does not keep itself."""
     fields = {
         _FORM: VERSION,
-        "other": inboxes.other.hex(),
-        "known": inboxes.current.save(),
         "starts": inboxes.save(),
         "air": [] if isinstance(ledger, KeptLedger) else ledger.save(now_us),
     }
@@ -69,7 +67,7 @@ def write(inboxes: Inboxes, ledger: Ledger, now_us: int) -> str:
 
 
 def read(text: str, inboxes: Inboxes, ledger: Ledger, now_us: int) -> None:
-    """Fill inboxes and ledger from a text; of the text of another version the ledger only.
+    """Fill inboxes and ledger from a text, also one in which one start alone was kept; of the text of another version the ledger only.
 
     A damaged text counts as an hour's airtime spent, unless the ledger keeps itself.
     """

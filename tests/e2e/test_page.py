@@ -240,12 +240,12 @@ def test_what_an_order_came_to_is_green_only_while_it_is_so(boat: Boat, phone: B
     start = [BIN / "companion", "plan", "start", "--url", f"tcpout://127.0.0.1:{boat.sim.port(5760)}"]
     live(phone, boat.url)
     use_key(phone)
-    for order, give, so in (
-        ("Hold", lambda: phone.press("hold"), ("mode", "Hold")),
-        ("Disarm", lambda: phone.drag("disarm", 1.0), ("armed", "disarmed")),
+    for order, give, is_so in (
+        ("Hold", lambda: phone.press("hold"), lambda: phone.text("mode") == "Hold"),
+        ("Disarm", lambda: phone.drag("disarm", 1.0), lambda: phone.text("armed") == "disarmed"),
     ):
         obeyed(phone, order, give)
-        phone.until(lambda so=so: phone.text(so[0]) == so[1])  # type: ignore[misc]
+        phone.until(is_so)
         time.sleep(5.0)
         assert "then" not in phone.text("said")
         subprocess.run(start, check=True, capture_output=True, cwd=REPO, timeout=60)

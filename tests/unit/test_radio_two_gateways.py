@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import math
 from collections import deque
 from collections.abc import Collection
@@ -11,7 +12,10 @@ import pytest
 
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import Arm, Result, SetMode, SetParameter
+from mavlink_bridge.radio.air import Ledger
 from mavlink_bridge.radio.codec.state_fields import RadioState, metres_between
+from mavlink_bridge.radio.codec.wire import Kind
+from mavlink_bridge.radio.memory import Inboxes, read, write
 from mavlink_bridge.radio.shore import ShoreTwin
 from tests.soaked import in_the_soak
 from tests.two_gateways import TwoGateways, met
@@ -177,6 +181,22 @@ def test_an_order_on_its_way_while_another_gateway_stops_her_is_refused_once_and
     assert rig.ask(AUTO)[1].result is Result.ACCEPTED
     assert rig.ask(HOLD)[1].result is Result.ACCEPTED
     assert rig.ask(AUTO)[1].result is Result.ACCEPTED, "its own stop is older than its next order"
+
+
+def test_what_was_answered_to_each_gateway_outlives_a_restart_and_an_older_text_is_read() -> None:
+    inboxes, ledger = Inboxes(45_000_000, 12_000_000), Ledger(None)
+    for other in (b"first.", b"second"):
+        assert inboxes.turn_to(other)
+        assert inboxes.current.whole(Kind.ORDER, b"\x05" + other)[0] is not None
+    text = write(inboxes, ledger, 0)
+    fields = json.loads(text)
+    older = json.dumps({"v": fields["v"], "other": b"second".hex(), "known": fields["starts"][1][1], "air": []})
+    for kept, starts in ((text, (b"first.", b"second")), (older, (b"second",))):
+        anew = Inboxes(45_000_000, 12_000_000)
+        read(kept, anew, ledger, 0)
+        for other in starts:
+            assert not anew.turn_to(other)
+            assert anew.current.whole(Kind.ORDER, b"\x05" + other)[0] is None, "it is not carried out again"
 
 
 class Eyes:

@@ -82,8 +82,6 @@ _TIMES_USUAL: Final = 8.0
 _TIMES_LEAST: Final = 5.0
 """And never fewer times than this, four sigma, as long as the diagnosis has no opinion: a hull that turns across a gale on a circle
 lacks more than what a steady gale makes."""
-
-
 _SWINGS: Final = 0.5
 """Of what stands clear of a gale: so much a late heading must leave missing until it is told, to and fro, as no wind turns a hull."""
 

@@ -20,8 +20,6 @@ _ONCE: Final = 0.5
 """A thruster that gives nothing leaves all of its own moment missing, weed half of it."""
 _EXPLAINED: Final = 0.85
 """Share of what is missing that the helm must explain."""
-
-
 _PROVEN_S: Final = 30.0
 """A helm that has worked for so long in this arming is wired as it should be: nobody changes leads over on the water, and what looks
 like it later is a gale."""
