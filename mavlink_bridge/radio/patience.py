@@ -73,16 +73,16 @@ class Patience:
         base_us = max(self.answer_us(), slowest_us)
         if item.kind is Kind.PLAN and (item.tries == 1 or not slowest_us):
             base_us += _STORED_LATER_US if slowest_us else STORING_US
-        if (item.tries >= _LONG_TRY and item.kind in _EXPLAINED) or (
-            item.kind is Kind.PLAN and item.tries in _LONG_PLAN_TRIES
-        ):
+        is_late = item.tries >= _LONG_TRY and item.kind in _EXPLAINED
+        if is_late and item.kind in STOPS:
+            # between the shortest answer and the longest: in step with another gateway's questions each of them would be met
+            return base_us + self._rng.randrange(max(self.longest_us() + self.longest_us() // 8 - base_us, 1))
+        if is_late or (item.kind is Kind.PLAN and item.tries in _LONG_PLAN_TRIES):
             base_us = max(base_us, self.longest_us())
         elif item.tries == 1 and item.kind in _EXPLAINED:
             base_us = max(self.answer_us() - _EAGER_US, slowest_us)
         growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
-        # a stop that meets another gateway's questions in step would meet each of them
-        spread_us = base_us if item.kind in STOPS and item.tries >= _LONG_TRY else base_us // 8
-        return round(base_us * growth) + self._rng.randrange(max(spread_us, 1)) * (item.tries > 1)
+        return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
 
     def asks(self, item: Transfer, now_us: int, rhythm: Rhythm | None, between_us: int) -> None:
         """A question goes out. ``between_us``: what is left free between two tries."""

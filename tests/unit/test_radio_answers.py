@@ -210,3 +210,17 @@ def test_who_chats_listens_between_his_words() -> None:
     assert busy_us < 6_000_000
     seconds, _ = rig.ask(Arm(False))
     assert seconds < 2.5
+
+
+def test_where_seven_of_ten_frames_are_lost_a_disarm_comes_aboard_before_the_gateway_gives_up() -> None:
+    """Of 150, 8 did not while a stop waited each time for an answer with words, and 16 while it waited longer by chance."""
+    rig, missed = settled(seed=0), 0
+    for _ in range(60):
+        rig.vessel.executed.clear()
+        rig.pair.air.config = rig.pair.air.config.model_copy(update={"loss": 0.7})
+        rig.twin.submit("stop", Arm(False), rig.now_us)
+        rig.run(rig.twin.profile.link.command_s + 1.0)
+        missed += not rig.vessel.executed
+        rig.pair.air.config = rig.pair.air.config.model_copy(update={"loss": 0.0})
+        rig.run(5.173)
+    assert missed <= 2
