@@ -141,6 +141,20 @@ def test_a_heading_that_her_way_has_borne_out_is_not_made_wrong_by_a_propeller()
     assert watched(60.0, off_deg=-92.0, way_mps=lambda t_s: 1.5 - 1.5 * math.exp(-(t_s % 30.0) / 4.0)) is not None
 
 
+@pytest.mark.parametrize("receiver", FINE + PLAIN)
+def test_a_steady_way_that_is_all_her_own_bears_the_heading_out(receiver: Receiver) -> None:
+    """A propeller that failed on a long leg in a calm was a wrong compass: she drifted for 60 s before the cause was told."""
+
+    def way_mps(t_s: float) -> float:
+        return 1.5 * math.exp(-max(t_s - 100.0, 0.0) / 4.0)
+
+    def broken(t_s: float) -> complex:
+        return (way_mps(t_s) - 1.5) * (cmath.rect(1.0, 0.4 + 1.6) - cmath.rect(1.0, 0.4))
+
+    assert watched(110.0, carried=broken, way_mps=way_mps, receiver=receiver) is None
+    assert watched(110.0, off_deg=-92.0, way_mps=way_mps, receiver=receiver) is not None
+
+
 def sails_and_stops(t_s: float) -> float:
     """A leg of 40 s, a stop, and so on."""
     leg_s = t_s % 50.0

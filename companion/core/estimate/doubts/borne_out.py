@@ -18,6 +18,11 @@ _SWUNG_S: Final = 10.0
 """for so long: the slip of a turn, and the spin of a propeller that has just failed, are shorter."""
 _WAY_MPS: Final = 0.5
 """A slower way over ground has no course that tells of the bow."""
+_GOES_SHARE: Final = 0.2
+"""A way over ground that is apart from what thrust makes along the bow by no more than this share of it bears the heading out, too:
+"""
+_GOES_S: Final = 10.0
+"""for so long, water that makes up for a wrong compass to a fifth, in speed and direction, is rarer than a propeller that fails."""
 
 
 class BorneOut:
@@ -26,7 +31,7 @@ class BorneOut:
     def __init__(self) -> None:
         self._age_s: float | None = None
         self._swing: complex | None = None
-        self._swung_s = 0.0
+        self._swung_s = self._goes_s = 0.0
 
     def __bool__(self) -> bool:
         """Whether the heading is vouched for."""
@@ -41,8 +46,12 @@ class BorneOut:
         """The way goes with the heading now."""
         self._age_s, self._swing, self._swung_s = 0.0, None, 0.0
 
-    def step(self, dt_s: float, bow: complex, ground: complex) -> None:
-        """Take the bow's unit vector and the velocity over ground, NED."""
+    def step(self, dt_s: float, bow: complex, ground: complex, through: complex) -> None:
+        """Take the bow's unit vector, the velocity over ground and the modelled one through the water, NED."""
+        goes = abs(through) > _WAY_MPS and abs(ground - through) < _GOES_SHARE * abs(through)
+        self._goes_s = self._goes_s + dt_s if goes else 0.0
+        if self._goes_s > _GOES_S:
+            self.renew()
         if self._age_s is None:
             return
         self._age_s += dt_s

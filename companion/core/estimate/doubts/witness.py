@@ -231,7 +231,7 @@ class ThrustWitness:
         if made is None:
             return None
         self._compare(since_s, *made)
-        self._borne_out.step(since_s, self._bow, made[0])
+        self._borne_out.step(since_s, self._bow, *made)
         return self._judged(since_s, is_rough=told.mps is None and is_plain)
 
     def _smooth(self, part: float, ground: complex) -> tuple[complex, complex]:
