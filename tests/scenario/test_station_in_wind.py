@@ -113,6 +113,12 @@ def test_a_boat_with_one_screw_backs_and_fills(wind_mps, current_mps):
     assert_holds(held(Case(ONE_SCREW, water, seed=1, source=SensedState), seconds=250.0))
 
 
+@pytest.mark.parametrize("seed", [2, *in_the_soak(1, 3, 4, 5)])
+def test_a_boat_with_one_screw_turns_in_light_air_without_leaving_her_point(seed):
+    """Each kick brought way ahead that was only taken back: after the first turn she lay 1.4 m off, and came back in two minutes."""
+    assert_holds(held(Case(ONE_SCREW, WaterConfig(wind_mps=2.0), seed=seed, source=SensedState)))
+
+
 def test_a_small_boat_with_one_screw_is_not_blown_off():
     """Carried beyond eight metres she was turned gently, which was no match for the wind: off for ever, 115 m here."""
     water = WaterConfig(wind_mps=10.0, gust_share=0.25, current_mps=0.3)

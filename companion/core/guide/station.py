@@ -51,8 +51,13 @@ _BACK = 0.3
 _RESTS, _GOES, _TURNS = 0.08, 0.16, 0.22
 """Shares of the radius in still water: within the first the vessel rests, beyond the second it closes the distance along its bow,
 beyond the third it turns for it when the point lies abeam."""
-_FILLS = 3.0
+_FILLS = 2.0
 """Of as many radii are those shares where kicks over the rudder turn the boat: each turn sets it aside by some decimetres."""
+_FILLS_MPS, _FILLS_RAD = 0.3, 0.15
+"""So much way astern is asked for while kicks turn the bow by more than that: each kick brings way ahead, and one that is only taken back
+leaves her a metre further on after a quarter turn. Light air alone lets her: in a wind she needs the way ahead."""
+_FILLS_FIRM = 0.25
+"""From this firmness on none."""
 _SAILS_FROM = 4.0
 """Beyond as many radii it heads for its point as on any voyage."""
 _ABEAM = 0.8
@@ -217,8 +222,18 @@ class StationKeeper:
         """Turn gently to the heading that is chosen, and close the distance along the bow as it looks now."""
         psi = state.psi_rad or 0.0
         along = north * math.cos(psi) + east * math.sin(psi)
-        speed = clamp(self._firm * along, -_ASTERN_MPS, self._speed_mps if self._speed_mps < _AHEAD_MPS else _AHEAD_MPS)
+        most = self._speed_mps if self._speed_mps < _AHEAD_MPS else _AHEAD_MPS
+        speed = clamp(self._firm * along - self._fills_mps(psi), -_ASTERN_MPS, most)
         return Desired(self._heading_rad, speed, brake=True, gentle=True)
+
+    def _fills_mps(self, psi_rad: float) -> float:
+        """How much less way ahead is asked for while kicks turn the bow."""
+        is_turning = (
+            not self._turns_at_rest
+            and self._heading_rad is not None
+            and abs(wrap_pi(self._heading_rad - psi_rad)) > _FILLS_RAD
+        )
+        return _FILLS_MPS * max(0.0, 1.0 - self._push.firmness / _FILLS_FIRM) if is_turning else 0.0
 
     def _in_wind(self, desired: Desired, psi_rad: float) -> Desired:
         """The same, as hard as the wind asks for, with what turns the hull away met before it does."""
