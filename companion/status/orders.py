@@ -71,16 +71,22 @@ class Challenges:
         self.vessel = vessel
         self._random = random_fn
         self._own = random_fn(32)
-        self._used: deque[tuple[int, str]] = deque()
+        self._used: deque[tuple[int, str, str]] = deque()
         self._used_nonces: set[str] = set()
+        self._newest: dict[str, str] = {}
+        """Of each page that has ordered within one life, when the youngest challenge of its orders was made."""
 
     def challenge(self, now_us: int) -> str:
         """A fresh nonce: when it was made, chance, and the tag by which it is known again."""
         body = f"{now_us:016x}{self._random(8).hex()}"
         return body + self._mark(body)
 
-    def judge(self, order: str, nonce: str, response: str, now_us: int) -> PageOrder | RefusedOrder:
-        """Return the order when the response is right, fresh and new; else why it is refused."""
+    def judge(self, order: str, nonce: str, response: str, now_us: int, *, page: str = "") -> PageOrder | RefusedOrder:
+        """Return the order when the response is right, fresh and new; else why it is refused.
+
+        ``page``: which open page says it, by a name of its own choice; "" is none. An order that was held up on the way is refused
+        when a later one of the same page has come before it; other pages' orders are other people's, and stand.
+        """
         if self.key is None:
             return RefusedOrder("no key aboard: the page only shows")
         if len(nonce) != 64 or not hmac.compare_digest(nonce[32:].encode(), self._mark(nonce[:32]).encode()):
@@ -92,6 +98,9 @@ class Challenges:
             return RefusedOrder("wrong key")
         if not self._is_new(nonce, now_us):
             return RefusedOrder("heard before: press again")
+        if page and nonce[:16] < self._newest.get(page, ""):
+            return RefusedOrder("a later order came first: press again")
+        self._take(nonce, page, now_us)
         try:
             return PageOrder(order)
         except ValueError:
@@ -106,9 +115,14 @@ class Challenges:
 
     def _is_new(self, nonce: str, now_us: int) -> bool:
         while self._used and now_us - self._used[0][0] > LIFE_US:
-            self._used_nonces.discard(self._used.popleft()[1])
-        if nonce in self._used_nonces or len(self._used) >= _MOST_USED:
-            return False
-        self._used.append((now_us, nonce))
+            _, dead, page = self._used.popleft()
+            self._used_nonces.discard(dead)
+            if self._newest.get(page) == dead[:16]:
+                del self._newest[page]
+        return nonce not in self._used_nonces and len(self._used) < _MOST_USED
+
+    def _take(self, nonce: str, page: str, now_us: int) -> None:
+        self._used.append((now_us, nonce, page))
         self._used_nonces.add(nonce)
-        return True
+        if page:
+            self._newest[page] = nonce[:16]

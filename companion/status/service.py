@@ -165,9 +165,11 @@ class StatusService:
                 watcher.replies.append(_line({"id": number, "refused": "not understood"}))
 
     def _order(self, watcher: _Watcher, number: int, asked: dict[str, Any], now_us: int) -> None:
-        words = [asked.get(name) for name in ("order", "nonce", "response", "host")]
-        order, nonce, response, host = (each if isinstance(each, str) and each.isascii() else "" for each in words)
-        judged = self._challenges.judge(order, nonce, response, now_us)
+        words = [asked.get(name) for name in ("order", "nonce", "response", "host", "page")]
+        order, nonce, response, host, page = (
+            each if isinstance(each, str) and each.isascii() else "" for each in words
+        )
+        judged = self._challenges.judge(order, nonce, response, now_us, page=page)
         if isinstance(judged, RefusedOrder):
             self._wrong(judged, host[:_HOST_MAX], now_us)
             watcher.replies.append(_line({"id": number, "refused": judged.why}))

@@ -209,7 +209,7 @@ def orders(vessel: VesselLink) -> dict[tuple[str, str], Handler]:
         return await handed_on(request, body, "challenge")
 
     async def order(request: HttpRequest, body: bytes) -> HttpAnswer:
-        return await handed_on(request, body, "order", ("order", "nonce", "response"))
+        return await handed_on(request, body, "order", ("order", "nonce", "response", "page"))
 
     return {("POST", "/challenge"): challenge, ("POST", "/order"): order}
 

@@ -235,6 +235,42 @@ def test_hold_and_disarm_with_the_key_only_and_not_heard_is_said(boat: Boat, pho
     phone.until(lambda: orders_by_the_page(boat) == told, 20.0)  # the file is written once a second
 
 
+KEPT = """
+window.kept = []; window.ordered = []; window.asleep_ms = 0;
+const soon = window.fetch, wall = Date.now;
+Date.now = () => wall() + asleep_ms;
+window.fetch = (path, given) => {
+  if (path === "/order") ordered.push(JSON.parse(given.body).order);
+  if (path !== "/challenge") return soon(path, given);
+  return new Promise((go) => kept.push({ given, go: () => go(soon(path, { ...given, signal: undefined })) }));
+};
+window.back = () => kept.splice(0).map(({ given, go }) => { go(); return Boolean(given.signal && given.signal.aborted); });
+undefined
+"""
+"""No way to the boat: questions are kept until ``back``, as a browser does, and even those that the page has given up."""
+
+
+def test_an_order_that_was_not_heard_or_has_another_after_it_is_given_up(boat: Boat, phone: Browser) -> None:
+    live(phone, boat.url)
+    use_key(phone)
+    phone.run(KEPT)
+    phone.press("hold")
+    phone.until(lambda: "NOT HEARD" in phone.text("said"))
+    given_up = phone.run("back()")
+    phone.press("hold")
+    phone.run("asleep_ms = 60000; back()")  # the telephone slept, and with it its timers
+    time.sleep(1.0)
+    assert phone.run("ordered") == []
+    assert given_up == [True], "no connection is kept busy by it"
+    for _ in range(2):
+        phone.drag("disarm", 1.0)
+    for _ in range(2):
+        phone.run("document.getElementById('hold').click()")
+    assert phone.run("back()")[-4:] == [True, True, False, False], "one that is given again is not begun anew"
+    phone.until(lambda: phone.text("said").startswith("Hold: obeyed at "))
+    assert set(phone.run("ordered")) == {"hold"}
+
+
 def test_what_an_order_came_to_is_green_only_while_it_is_so(boat: Boat, phone: Browser) -> None:
     """After each a station starts the plan again."""
     start = [BIN / "companion", "plan", "start", "--url", f"tcpout://127.0.0.1:{boat.sim.port(5760)}"]

@@ -15,7 +15,7 @@ import pytest
 
 from companion.io.local_socket import LocalServer
 from companion.status.client import Client
-from companion.status.orders import LIFE_US, Challenges, RefusedOrder
+from companion.status.orders import LIFE_US, Challenges, PageOrder, RefusedOrder
 from companion.status.service import StatusService
 from mavlink_bridge.language.messages import Action, Mode
 from tests.scenario.test_station_lost import AUTO, SET_MODE, under_way
@@ -115,6 +115,44 @@ def test_nothing_is_obeyed_without_the_key_too_late_twice_or_as_another_order(tm
     assert page.helm.command(SET_MODE, 1.0, AUTO) == 0
     assert "heard before" in page.ask(ask="order", order="hold", nonce=first["nonce"], response=response)["refused"]
     assert page.helm.world.app.vehicle.parts.navigator.mode is Mode.AUTO
+
+
+def test_an_order_that_was_held_up_does_not_overtake_a_later_one_of_the_same_page(tmp_path: Path) -> None:
+    """Disarm is kept on the way, Hold goes past it: the boat that holds is not set adrift by a press of before."""
+    page = Page(under_way(), tmp_path)
+    disarm = page.challenge()
+    page.helm.run(1.0)
+    hold = page.challenge()
+    for challenge, order, outcome in (
+        (hold, "hold", "obeyed"),
+        (disarm, "disarm", "a later order came first: press again"),
+    ):
+        words = {"order": order, "nonce": challenge["nonce"], "response": answer_to(challenge, order)}
+        found = page.ask(ask="order", page="a", **words)
+        assert found.get("refused", found.get("answer", {}).get("outcome")) == outcome
+    assert page.helm.world.app.vehicle.controls.armed
+    assert page.helm.world.app.vehicle.parts.navigator.mode is Mode.HOLD
+
+
+@pytest.mark.parametrize(("one", "other"), [("a", "b"), ("", "")])
+def test_an_order_is_not_held_back_by_somebody_elses(one: str, other: str, tmp_path: Path) -> None:
+    page = Page(under_way(), tmp_path)
+    disarm, hold = page.challenge(), page.challenge()
+    for challenge, order, name in ((hold, "hold", one), (disarm, "disarm", other)):
+        words = {"order": order, "nonce": challenge["nonce"], "response": answer_to(challenge, order)}
+        assert page.ask(ask="order", page=name, **words)["answer"]["outcome"] == "obeyed"
+    assert not page.helm.world.app.vehicle.controls.armed
+
+
+def test_what_is_kept_of_pages_lives_no_longer_than_their_orders() -> None:
+    chance = random.Random(9)
+    challenges = Challenges(KEY, VESSEL, chance.randbytes)
+    for number in range(2_000):
+        now_us = number * LIFE_US
+        nonce = challenges.challenge(now_us)
+        words = answer_to({"vessel": VESSEL, "nonce": nonce}, "hold")
+        assert challenges.judge("hold", nonce, words, now_us, page=f"{number}") is PageOrder.HOLD
+    assert len(challenges._newest) <= 2
 
 
 def test_a_vessel_without_a_key_takes_no_order(tmp_path: Path) -> None:

@@ -2,7 +2,7 @@
 // The page: shows what comes, says how old it is, and gives two orders that stop the boat.
 (() => {
   const $ = (id) => document.getElementById(id);
-  const OLD_S = 3, HEARD_MS = 2000, SETTLED_MS = 3000, ROUNDS = 100000;
+  const OLD_S = 3, HEARD_MS = 2000, GIVEN_UP_MS = 4000, SETTLED_MS = 3000, ROUNDS = 100000;
   const boat = {};
   let heardAt = -Infinity, lastPlan = "", key = null, knownTexts = "";
   const text = (id, value) => { const el = $(id); if (el.textContent !== value) el.textContent = value; };
@@ -23,6 +23,10 @@
     el.replaceChildren(...items.map(make));
   }
   function item(words, kind) { const li = document.createElement("li"); li.textContent = words; if (kind) li.className = kind; return li; }
+
+  // A telephone that sleeps stops one of its clocks, and a clock that is set right makes the other leap: the longer time is taken.
+  const moment = () => ({ steady: performance.now(), wall: Date.now() });
+  const sinceMs = (then) => Math.max(performance.now() - then.steady, Date.now() - then.wall);
 
   // ---- what the boat says
 
@@ -198,31 +202,44 @@
   const bytes = (words) => new TextEncoder().encode(words);
   const tag = (purpose, ...parts) => Sha.hex(Sha.hmac(key, bytes([purpose, ...parts].join("\n"))));
   const said = (words, kind) => { text("said", words); $("said").className = kind || ""; };
-  const post = async (path, body) => (await fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) })).json();
+  const post = async (path, body, signal) => (await fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body), signal })).json();
 
-  // Ask, answer, and believe only what proves that the vessel said it.
-  async function send(order) {
-    const asked = (await post("/challenge", {})).challenge;
-    if (!asked) return null;
+  // Ask, answer, and believe only what proves that the vessel said it. A browser keeps a question until there is a way, for a minute and
+  // more: what comes back after NOT HEARD was told, or after another order, orders nothing.
+  async function send(press) {
+    const { order, giving: { signal } } = press;
+    const asked = (await post("/challenge", {}, signal)).challenge;
+    if (!asked || signal.aborted || sinceMs(press.at) > HEARD_MS) return null;
+    press.ordered = true;
     const response = tag("usv-companion page order 1", asked.vessel, asked.nonce, order);
-    const found = await post("/order", { order, nonce: asked.nonce, response });
+    const found = await post("/order", { order, nonce: asked.nonce, response, page: PAGE }, signal);
     if (found.refused) return { refused: found.refused };
     const answer = found.answer;
     if (!answer || answer.tag !== tag("usv-companion page answer 1", asked.vessel, asked.nonce, answer.outcome)) return null;
     return answer;
   }
+  // By it the vessel knows which orders came from one hand, and lets no earlier one overtake a later one.
+  const PAGE = Sha.hex(crypto.getRandomValues(new Uint8Array(8)));
   let newest = 0, obeyed = null;
+  const underWay = new Set();
   async function order(name, words) {
     let late = false;
+    // Another order takes the place of what waits; the same one again does not, or who presses fast would never be heard.
+    for (const earlier of underWay) if (earlier.order !== name) earlier.giving.abort();
+    const press = { order: name, at: moment(), ordered: false, giving: new AbortController() };
+    underWay.add(press);
     const number = ++newest;
     obeyed = null;
     const tell = (...told) => { if (number === newest) said(...told); };  // what an earlier order came to hides no later one
     tell(`${words}: sent`);
     const mute = `${words}: NOT HEARD: use the emergency switch`;
-    const timer = setTimeout(() => { late = true; tell(mute, "bad"); }, HEARD_MS);
+    const timer = setTimeout(() => { late = true; tell(mute, "bad"); if (!press.ordered) press.giving.abort(); }, HEARD_MS);
+    const end = setTimeout(() => press.giving.abort(), GIVEN_UP_MS);
     let found = null;
-    try { found = await send(name); } catch { /* not heard */ }
+    try { found = await send(press); } catch { /* not heard */ }
     clearTimeout(timer);
+    clearTimeout(end);
+    underWay.delete(press);
     const at = new Date(found && found.utc_s ? found.utc_s * 1000 : Date.now()).toLocaleTimeString([], { hour12: false });
     if (found === null) tell(mute, "bad");
     else if (found.refused) tell(`${words}: refused: ${found.refused}`, "bad");
