@@ -84,6 +84,7 @@ class StatusService:
         self._due_us = 0
         self._count = 0
         self._utc_s: float | None = None
+        self._t_s = 0.0
         self._told_us: int | None = None
         hello = {"protocol": PROTOCOL, "name": name, "vessel": challenges.vessel, "orders": challenges.key is not None}
         self._hello = _line({"hello": hello})
@@ -96,6 +97,7 @@ class StatusService:
         peers = self._server.look()
         if not peers and not self._watchers:
             return
+        self._t_s = round(now_us * 1e-6, 2)
         self._utc_s = None if snapshot.utc_us is None else snapshot.utc_us * 1e-6
         self._meet(peers, now_us)
         for watcher in self._watchers.values():
@@ -189,7 +191,9 @@ class StatusService:
         """What the vessel has done, with a tag that nobody without the key can make."""
         outcome = "obeyed" if reply.result is Result.ACCEPTED else f"refused: {reply.reason}"
         proof = self._challenges.answer_tag(nonce, outcome)
-        return _line({"id": number, "answer": {"outcome": outcome, "tag": proof, "utc_s": self._utc_s}})
+        return _line(
+            {"id": number, "answer": {"outcome": outcome, "tag": proof, "t_s": self._t_s, "utc_s": self._utc_s}}
+        )
 
     def _wrong(self, refused: RefusedOrder, host: str, now_us: int) -> None:
         """Somebody tries keys: told once a minute, however many times."""

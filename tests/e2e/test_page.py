@@ -296,6 +296,18 @@ const Served = window.EventSource;
 window.EventSource = function (...asked) { const stream = new Served(...asked); window.streams.push(stream); return stream; };
 """
 """The page's stream, to put in what a vessel would send."""
+CUT = """
+window.ahead_ms = 0; window.t_s = 0;
+const steady = performance.now.bind(performance);
+performance.now = () => steady() + ahead_ms;
+streams.at(-1).addEventListener("message", (event) => { window.t_s = JSON.parse(event.data).t_s ?? t_s; });
+window.cut = () => {
+  streams.at(-1).close();
+  window.EventSource = function () { const stream = { close() {} }; streams.push(stream); return stream; };
+};
+undefined
+"""
+"""A clock that can be set ahead, and from ``cut`` on no picture but those that are put in."""
 NARROW = """(() => {
   const lines = e => { const r = document.createRange(); r.selectNodeContents(e); return r.getClientRects(); };
   const label = [...lines(document.querySelector('.slide label'))], slide = document.getElementById('disarm').getBoundingClientRect();
@@ -332,6 +344,31 @@ def test_on_a_small_screen_the_bar_hides_no_failsafe_and_all_words_are_whole(
     assert seen["inside"]
     assert seen["broken"] == []
     assert seen["wide"] <= 0
+
+
+def test_a_picture_of_before_the_order_is_no_news_of_it(boat: Boat, phone: Browser) -> None:
+    """It was kept back on the way and comes when the answer is long there. Only the vessel's clock tells."""
+    phone.call("Page.addScriptToEvaluateOnNewDocument", source=SERVED)
+    live(phone, boat.url)
+    use_key(phone)
+    phone.run(CUT)
+    phone.until(lambda: phone.run("t_s > 0"))
+    phone.run("cut()")
+    before_s = phone.run("t_s")
+
+    def shown(t_s: float, mode: str) -> str:
+        picture = json.dumps({"t_s": t_s, "mode": mode, "armed": True})
+        phone.run(f"streams.at(-1).onmessage({{data: {json.dumps(picture)}}})")
+        return phone.text("said").partition("; then ")[2]
+
+    obeyed(phone, "Hold", lambda: phone.press("hold"))
+    phone.run("ahead_ms = 4000; 1")
+    assert shown(before_s + 0.1, "Auto") == ""
+    assert shown(before_s + 1000.0, "Hold") == ""
+    assert shown(before_s + 1001.0, "Auto") == "ARMED, Auto"
+    obeyed(phone, "Hold", lambda: phone.press("hold"))
+    phone.run("ahead_ms = 8000; 1")
+    assert shown(1.0, "Manual") == "ARMED, Manual", "started again: what she did before is gone"
 
 
 SPOKEN = """

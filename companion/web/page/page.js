@@ -2,7 +2,7 @@
 // The page: shows what comes, says how old it is, and gives two orders that stop the boat.
 (() => {
   const $ = (id) => document.getElementById(id);
-  const OLD_S = 3, HEARD_MS = 2000, GIVEN_UP_MS = 4000, SETTLED_MS = 3000, ROUNDS = 100000;
+  const OLD_S = 3, HEARD_MS = 2000, GIVEN_UP_MS = 4000, SETTLED_S = 3, ROUNDS = 100000;
   const boat = {};
   let heardAt = -Infinity, lastPlan = "", key = null, knownTexts = "";
   const text = (id, value) => { const el = $(id); if (el.textContent !== value) el.textContent = value; };
@@ -152,7 +152,9 @@
   function listen() {
     const stream = new EventSource("/live");
     stream.onmessage = (event) => {
-      Object.assign(boat, JSON.parse(event.data));
+      const told = JSON.parse(event.data);
+      if (obeyed && told.t_s < boat.t_s) obeyed.t_s = -Infinity;  // a clock that begins anew: the vessel's program has been started again
+      Object.assign(boat, told);
       heardAt = performance.now();
       if (boat.mode) show();
       age();
@@ -246,16 +248,17 @@
     else if (found.outcome !== "obeyed") tell(`${words}: ${found.outcome}`, "bad");
     else {
       tell(`${words}: obeyed at ${at}${late ? ", late" : ""}`, "good");
-      if (number === newest && name !== "check") obeyed = { name, since: performance.now(), state: null };
+      if (number === newest && name !== "check") obeyed = { name, t_s: found.t_s, state: null };
     }
     return found;
   }
   // What an order came to is green while it is so: not when she is armed again, or another's order or a failsafe has changed the mode.
+  // By the vessel's own clock: pictures of before, kept back on a bad way, come after the answer and are no news.
   function still() {
-    if (!obeyed) return;
+    if (!obeyed || boat.t_s <= obeyed.t_s) return;
     const state = `${boat.armed ? "ARMED" : "disarmed"}, ${boat.mode}`;
     const so = obeyed.name === "hold" ? boat.mode === "Hold" : !boat.armed;
-    const settled = performance.now() - obeyed.since > SETTLED_MS;
+    const settled = boat.t_s - obeyed.t_s > SETTLED_S;
     if (so && (!settled || obeyed.state === null)) obeyed.state = state;
     else if ((settled || obeyed.state !== null) && state !== obeyed.state) {
       said(`${$("said").textContent}; then ${state}`, "past");
