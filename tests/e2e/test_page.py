@@ -371,6 +371,21 @@ def test_a_picture_of_before_the_order_is_no_news_of_it(boat: Boat, phone: Brows
     assert shown(1.0, "Manual") == "ARMED, Manual", "started again: what she did before is gone"
 
 
+SLEPT = """(() => {
+  const wall = Date.now;
+  Date.now = () => wall() + 300000;
+  document.dispatchEvent(new Event("visibilitychange"));
+  return document.getElementById("live").textContent;
+})()"""
+"""The telephone's clock goes on while it sleeps; what a browser counts by does not."""
+
+
+def test_a_telephone_that_slept_says_at_once_how_old_its_picture_is(boat: Boat, phone: Browser) -> None:
+    live(phone, boat.url)
+    assert phone.run(SLEPT).startswith("OLD: 30")
+    phone.until(lambda: phone.text("live") == "live")
+
+
 SPOKEN = """
 window.spoken = [];
 for (const e of document.querySelectorAll("[aria-live], [role=status], [role=alert]"))

@@ -4,7 +4,7 @@
   const $ = (id) => document.getElementById(id);
   const OLD_S = 3, HEARD_MS = 2000, GIVEN_UP_MS = 4000, SETTLED_S = 3, ROUNDS = 100000;
   const boat = {};
-  let heardAt = -Infinity, lastPlan = "", key = null, knownTexts = "";
+  let heardAt = null, lastPlan = "", key = null, knownTexts = "";
   const text = (id, value) => { const el = $(id); if (el.textContent !== value) el.textContent = value; };
   // As fine as it is of use, and in one piece: a number and its unit stand in one line.
   const number = (value, unit, digits) => {
@@ -140,10 +140,10 @@
   }
 
   function age() {
-    const s = (performance.now() - heardAt) / 1000 + (boat.age_s || 0);
+    const s = (heardAt === null ? Infinity : sinceMs(heardAt) / 1000) + (boat.age_s || 0);
     const old = !(s <= OLD_S) || boat.age_s === null;
     document.body.classList.toggle("old", old);
-    const state = heardAt === -Infinity ? "connecting …" : boat.age_s === null ? "NO WORD OF THE BOAT" : old ? "OLD" : "live";
+    const state = heardAt === null ? "connecting …" : boat.age_s === null ? "NO WORD OF THE BOAT" : old ? "OLD" : "live";
     text("live", state === "OLD" ? `OLD: ${s.toFixed(0)} s ago` : state);
     // To who listens only what it means, when that changes: the seconds would be read out for ever, over "NOT HEARD".
     text("livetold", state === "OLD" ? "OLD: the boat is not heard" : state);
@@ -155,7 +155,7 @@
       const told = JSON.parse(event.data);
       if (obeyed && told.t_s < boat.t_s) obeyed.t_s = -Infinity;  // a clock that begins anew: the vessel's program has been started again
       Object.assign(boat, told);
-      heardAt = performance.now();
+      heardAt = moment();
       if (boat.mode) show();
       age();
       const plan = JSON.stringify(boat.plan_ids);
@@ -321,4 +321,5 @@
   setTimeout(fetchDepths, 20000);
   setInterval(fetchDepths, 120000);
   setInterval(age, 500);
+  document.onvisibilitychange = age;  // who takes the telephone out again sees at once how old it is
 })();
