@@ -386,6 +386,25 @@ def test_a_telephone_that_slept_says_at_once_how_old_its_picture_is(boat: Boat, 
     phone.until(lambda: phone.text("live") == "live")
 
 
+def test_a_stream_that_went_silent_is_opened_anew_and_what_it_kept_back_is_not_shown(
+    boat: Boat, phone: Browser
+) -> None:
+    phone.call("Page.addScriptToEvaluateOnNewDocument", source=SERVED)
+    live(phone, boat.url)
+    phone.run(CUT)
+    kept = json.dumps({"mode": "of before"})
+    phone.run(f"streams.at(-1).close(); ahead_ms = 20000; streams[0].onmessage({{data: {json.dumps(kept)}}})")
+    assert phone.text("mode") != "of before"
+    phone.until(lambda: phone.run("streams.length") > 1 and phone.text("live") == "live")
+    phone.run("cut()")
+    opened = phone.run("streams.length")
+    for _ in range(3):
+        phone.run("ahead_ms += 9000; document.dispatchEvent(new Event('visibilitychange'))")
+    assert phone.run("streams.length") - opened == 3, "for as long as the way is gone"
+    phone.run("streams.at(-1).onopen(); ahead_ms += 9000; document.dispatchEvent(new Event('visibilitychange'))")
+    assert phone.run("streams.length") - opened == 3, "its first picture is under way on a slow link"
+
+
 SPOKEN = """
 window.spoken = [];
 for (const e of document.querySelectorAll("[aria-live], [role=status], [role=alert]"))

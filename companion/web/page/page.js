@@ -2,7 +2,7 @@
 // The page: shows what comes, says how old it is, and gives two orders that stop the boat.
 (() => {
   const $ = (id) => document.getElementById(id);
-  const OLD_S = 3, HEARD_MS = 2000, GIVEN_UP_MS = 4000, SETTLED_S = 3, ROUNDS = 100000;
+  const OLD_S = 3, HEARD_MS = 2000, GIVEN_UP_MS = 4000, SETTLED_S = 3, SILENT_MS = 8000, FIRST_MS = 20000, ROUNDS = 100000;
   const boat = {};
   let heardAt = null, lastPlan = "", key = null, knownTexts = "";
   const text = (id, value) => { const el = $(id); if (el.textContent !== value) el.textContent = value; };
@@ -147,11 +147,24 @@
     text("live", state === "OLD" ? `OLD: ${s.toFixed(0)} s ago` : state);
     // To who listens only what it means, when that changes: the seconds would be read out for ever, over "NOT HEARD".
     text("livetold", state === "OLD" ? "OLD: the boat is not heard" : state);
+    if (stalled()) listen();
   }
 
+  // The boat sends something each second. A connection that went silent is not mended by waiting: what carries it asks ever more seldom,
+  // for a minute and longer after the way is back. One that has just been opened on a slow link is let bring its first, whole picture.
+  let stream = null, streamAt = null, firstIsDue = false;
+  const stalled = () => sinceMs(streamAt) > (firstIsDue ? FIRST_MS : SILENT_MS);
+
   function listen() {
-    const stream = new EventSource("/live");
-    stream.onmessage = (event) => {
+    if (stream) stream.close();
+    const own = stream = new EventSource("/live");
+    streamAt = moment();
+    firstIsDue = false;
+    own.onopen = () => { streamAt = moment(); firstIsDue = true; };
+    own.onmessage = (event) => {
+      if (stalled()) return listen();  // kept back on the way: what comes first on a new stream is of now
+      streamAt = moment();
+      firstIsDue = false;
       const told = JSON.parse(event.data);
       if (obeyed && told.t_s < boat.t_s) obeyed.t_s = -Infinity;  // a clock that begins anew: the vessel's program has been started again
       Object.assign(boat, told);
@@ -162,7 +175,7 @@
       if (plan !== lastPlan) { lastPlan = plan; setTimeout(fetchMap, 600); }
     };
     // A server that is gone for long, or has refused, is tried again here; a break is mended by the browser.
-    stream.onerror = () => { if (stream.readyState === EventSource.CLOSED) setTimeout(listen, 1500); };
+    own.onerror = () => { if (own.readyState === EventSource.CLOSED) setTimeout(() => { if (own === stream) listen(); }, 1500); };
   }
 
   async function fetchMap() {
