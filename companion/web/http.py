@@ -1,6 +1,7 @@
 """HTTP/1.1 as far as the page needs it: one request read by the standard library's parser, one answer, hard bounds. No I/O.
 
-A connection carries one request. What is not GET or POST, too long, folded, or has a body of unknown length is refused.
+A connection carries one request, or orders one after another. What is not GET or POST, too long, folded, or has a body of unknown length
+is refused.
 """
 
 from __future__ import annotations
@@ -63,17 +64,17 @@ class HttpAnswer:
     body: bytes = b""
     headers: Mapping[str, str] = field(default_factory=dict)
 
-    def head(self, length: int | None) -> bytes:
-        """Status line and headers; ``length`` None: until the connection ends."""
-        lines = {**SAFE, **self.headers, "Content-Type": self.kind, "Connection": "close"}
+    def head(self, length: int | None, *, kept: bool = False) -> bytes:
+        """Status line and headers; ``length`` None: until the connection ends. ``kept``: it may carry another request."""
+        lines = {**SAFE, **self.headers, "Content-Type": self.kind, "Connection": "keep-alive" if kept else "close"}
         if length is not None:
             lines["Content-Length"] = str(length)
         text = "".join(f"{name}: {value}\r\n" for name, value in lines.items())
         return f"HTTP/1.1 {self.status.value} {self.status.phrase}\r\n{text}\r\n".encode("latin-1", "replace")
 
-    def whole(self) -> bytes:
+    def whole(self, *, kept: bool = False) -> bytes:
         """All of it."""
-        return self.head(len(self.body)) + self.body
+        return self.head(len(self.body), kept=kept) + self.body
 
 
 def as_json(data: Any, status: HTTPStatus = HTTPStatus.OK) -> HttpAnswer:

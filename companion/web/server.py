@@ -1,7 +1,7 @@
 """The page's server: many connections, each bounded in time, bytes and number, so that strangers tire themselves out.
 
-One request a connection. Whoever has not said what he wants goes first when there are too many, the oldest of the most crowded address
-before all; so a new request of the operator always finds a place.
+One request a connection, or orders one after another. Whoever has not said what he wants goes first when there are too many, the oldest
+of the most crowded address before all; so a new request of the operator always finds a place.
 """
 
 from __future__ import annotations
@@ -29,6 +29,9 @@ LIVE_OF_ONE_MAX: Final = 6
 """Of one address: a browser opens six connections to one place."""
 DOWNLOADS_MAX: Final = 2
 HEAD_S: Final = 5.0
+KEPT_S: Final = 2.0
+"""How long a connection waits for another order: the challenge's answer and the order's way, twice a round trip of a slow link. A browser
+gives the first way to the boat to its oldest question, and asks for another ever more seldom: all that waits has to go by that one."""
 WRITE_S: Final = 20.0
 """A reader that takes nothing for so long is gone."""
 _CHUNK: Final = 32_768
@@ -103,25 +106,37 @@ class PageServer:
                 writer.close()
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, host: str) -> None:
+        limit_s = HEAD_S
+        while await self._serve_one(reader, writer, host, limit_s) and writer in self._waiting:
+            self._waiting[writer] = LinkPlace(host, _now_us())  # who waits with nothing to say is a stranger again
+            limit_s = KEPT_S
+
+    async def _serve_one(
+        self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter, host: str, limit_s: float
+    ) -> bool:
+        """Answer a request; True: the connection may carry another."""
+        kept = False
         try:
-            async with asyncio.timeout(HEAD_S):
+            async with asyncio.timeout(limit_s):
                 request, body = await self._read(reader, host)
             place = self._waiting.get(writer)
             if place is not None:
                 place.trusted = request.method == "POST"  # an order is not driven out while it is under way
             if request.method == "GET" and request.path == "/live":
                 await self._stream(writer, host)
-                return
+                return False
             if request.method == "GET" and request.path.startswith("/runs/"):
                 await self._send_file(writer, request.path.removeprefix("/runs/"))
-                return
+                return False
             handler = self._routes.get((request.method, request.path))
             if handler is None:
                 raise BadRequestError(HTTPStatus.NOT_FOUND)
             answer = await handler(request, body)
+            kept = request.method == "POST" and request.headers.get("connection", "").lower() != "close"
         except BadRequestError as error:
             answer = HttpAnswer(error.status, body=f"{error}\n".encode())
-        await self._write(writer, answer.whole())
+        await self._write(writer, answer.whole(kept=kept))
+        return kept
 
     async def _read(self, reader: asyncio.StreamReader, host: str) -> tuple[HttpRequest, bytes]:
         try:

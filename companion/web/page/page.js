@@ -2,7 +2,7 @@
 // The page: shows what comes, says how old it is, and gives two orders that stop the boat.
 (() => {
   const $ = (id) => document.getElementById(id);
-  const OLD_S = 3, HEARD_MS = 2000, GIVEN_UP_MS = 4000, SETTLED_S = 3, SILENT_MS = 8000, FIRST_MS = 20000, ROUNDS = 100000;
+  const OLD_S = 3, HEARD_MS = 2000, SETTLED_S = 3, SILENT_MS = 8000, FIRST_MS = 20000, ROUNDS = 100000;
   const boat = {};
   let heardAt = null, lastPlan = "", key = null, knownTexts = "";
   const text = (id, value) => { const el = $(id); if (el.textContent !== value) el.textContent = value; };
@@ -217,17 +217,17 @@
   const bytes = (words) => new TextEncoder().encode(words);
   const tag = (purpose, ...parts) => Sha.hex(Sha.hmac(key, bytes([purpose, ...parts].join("\n"))));
   const said = (words, kind) => { text("said", words); $("said").className = kind || ""; };
-  const post = async (path, body, signal) => (await fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body), signal })).json();
+  // Without credentials, of which the page has none, a browser keeps orders apart from the stream and the map: they wait for none of them.
+  const post = async (path, body) => (await fetch(path, { method: "POST", credentials: "omit", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) })).json();
 
   // Ask, answer, and believe only what proves that the vessel said it. A browser keeps a question until there is a way, for a minute and
-  // more: what comes back after NOT HEARD was told, or after another order, orders nothing.
-  async function send(press) {
-    const { order, giving: { signal } } = press;
-    const asked = (await post("/challenge", {}, signal)).challenge;
-    if (!asked || signal.aborted || sinceMs(press.at) > HEARD_MS) return null;
-    press.ordered = true;
+  // more: what comes back after NOT HEARD was told, or after another order, orders nothing. The question is not taken back: a browser
+  // would give its half-made connection, which asks seldom whether the way is back, to the next order, and that would not be heard either.
+  async function send(order, at) {
+    const asked = (await post("/challenge", {})).challenge;
+    if (!asked || order !== wanted || sinceMs(at) > HEARD_MS) return null;
     const response = tag("usv-companion page order 1", asked.vessel, asked.nonce, order);
-    const found = await post("/order", { order, nonce: asked.nonce, response, page: PAGE }, signal);
+    const found = await post("/order", { order, nonce: asked.nonce, response, page: PAGE });
     if (found.refused) return { refused: found.refused };
     const answer = found.answer;
     if (!answer || answer.tag !== tag("usv-companion page answer 1", asked.vessel, asked.nonce, answer.outcome)) return null;
@@ -235,26 +235,21 @@
   }
   // By it the vessel knows which orders came from one hand, and lets no earlier one overtake a later one.
   const PAGE = Sha.hex(crypto.getRandomValues(new Uint8Array(8)));
-  let newest = 0, obeyed = null;
-  const underWay = new Set();
+  let newest = 0, wanted = null, obeyed = null;
   async function order(name, words) {
     let late = false;
     // Another order takes the place of what waits; the same one again does not, or who presses fast would never be heard.
-    for (const earlier of underWay) if (earlier.order !== name) earlier.giving.abort();
-    const press = { order: name, at: moment(), ordered: false, giving: new AbortController() };
-    underWay.add(press);
+    wanted = name;
+    const pressed = moment();
     const number = ++newest;
     obeyed = null;
     const tell = (...told) => { if (number === newest) said(...told); };  // what an earlier order came to hides no later one
     tell(`${words}: sent`);
     const mute = `${words}: NOT HEARD: use the emergency switch`;
-    const timer = setTimeout(() => { late = true; tell(mute, "bad"); if (!press.ordered) press.giving.abort(); }, HEARD_MS);
-    const end = setTimeout(() => press.giving.abort(), GIVEN_UP_MS);
+    const timer = setTimeout(() => { late = true; tell(mute, "bad"); }, HEARD_MS);
     let found = null;
-    try { found = await send(press); } catch { /* not heard */ }
+    try { found = await send(name, pressed); } catch { /* not heard */ }
     clearTimeout(timer);
-    clearTimeout(end);
-    underWay.delete(press);
     const at = new Date(found && found.utc_s ? found.utc_s * 1000 : Date.now()).toLocaleTimeString([], { hour12: false });
     if (found === null) tell(mute, "bad");
     else if (found.refused) tell(`${words}: refused: ${found.refused}`, "bad");
