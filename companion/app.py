@@ -107,8 +107,8 @@ class App:
         self.audit = Audit()
         self._watched = Supervisor(say)
         self.snapshot: Snapshot | None = None
-        self.actuator_fresh = False
-        """Whether the last tick handed a frame to the actuator board; feeds systemd's watchdog."""
+        self.actuator_fresh = actuators is None
+        """Whether the last tick handed a frame to the actuator board, or there was none to hand it to; feeds systemd's watchdog."""
         self._own: list[tuple[Answer, RequestBody, Station | None]] = []
         self.on_submit: Callable[[RequestBody, Station | None], None] | None = None
         """Told of every ``submit``: these requests come over no link, and a recording needs them."""
@@ -200,7 +200,9 @@ class App:
         snapshot = self.vehicle.tick(now_us)
         self.snapshot = snapshot
         if self.actuators is not None:
-            self.actuator_fresh = self.actuators.write(snapshot.output, now_us)
+            # A board that is not there gets no better by a restart, which takes telemetry from who must find a drifting boat.
+            at_rest = self.actuators.is_away and not snapshot.armed
+            self.actuator_fresh = self.actuators.write(snapshot.output, now_us) or at_rest
         if self.keeper is not None and self.keeper.tick(now_us, snapshot):
             for ground in self.grounds:
                 ground.begin_anew()

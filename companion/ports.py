@@ -17,7 +17,7 @@ from mavlink_bridge.language.stations import ONE_VOICE, Heard, Station
 from mavlink_bridge.mavlink.endpoint.doorstep import Doorstep
 
 from .core.ais.receiver import AisWord, ReceivedReport as AisReport
-from .core.board import Arduino
+from .core.board import Arduino, BoardPhase
 from .core.nmea import NmeaReader
 from .io.links import Closed, Link, LinkEvent, Opened, Received
 from .io.links.link import GuardedLink
@@ -160,6 +160,12 @@ class ArduinoPort(_Counted):
                 self.board.opened(now_us)
             else:
                 self.board.closed(now_us)
+
+    @property
+    def is_away(self) -> bool:
+        """Whether nobody can be spoken to: the port is closed, or the board has not woken since it opened."""
+        told = self.board.status
+        return not told.connected or told.state == BoardPhase.STARTING.value
 
     def write(self, output: ActuatorOutput, now_us: int) -> bool:
         """Send this tick's frame; True when the board's port took all of it."""

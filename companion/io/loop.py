@@ -140,7 +140,7 @@ def run(
     """Drive ``app`` until ``stop`` is raised or ``until_us`` is reached; return the exit status.
 
     An app whose ``stop_wanted`` turns true is shut down. One that has an ``actuator_fresh`` attribute feeds systemd's
-    watchdog only while that is true: a loop that turns without steering is as good as dead. One with a ``sensed_us`` (when
+    watchdog only while that is true: a loop that turns and does not steer is as good as dead. One with a ``sensed_us`` (when
     its heading sensor last spoke, or None) has its ticks moved to just after that. An exception in the app is
     logged, neutral is written, and the status is 1.
     """

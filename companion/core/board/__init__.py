@@ -3,6 +3,6 @@
 from __future__ import annotations
 
 from .actuator_map import ActuatorConfig
-from .arduino import Arduino
+from .arduino import Arduino, BoardPhase
 
-__all__ = ["ActuatorConfig", "Arduino"]
+__all__ = ["ActuatorConfig", "Arduino", "BoardPhase"]
