@@ -99,7 +99,7 @@ class RecordConfig(Config):
     free_floor_mb: int = Field(200, ge=0)
     """Logging stops while the disk has less room than this."""
     make_room: bool = True
-    """At its start `companion run` deletes the oldest runs (never the newest 3) until a whole new one has room above `free_floor_mb`."""
+    """At its start `run` deletes old runs (never the newest 3, nor the newest 3 voyages) until one more fits above `free_floor_mb`."""
 
 
 class SecurityConfig(Config):

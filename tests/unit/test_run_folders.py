@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from companion.io.recording.recorder import Recorder
-from companion.io.recording.run_folders import free_bytes, make_room, new_run_dir
+from companion.io.recording.run_folders import free_bytes, is_brief, make_room, new_run_dir
 
 OLD = ("20260101-000000", "20260101-000000-2", "20260101-000000-10", "20260301-120000")
 NEWEST = ("20261121-235959", "20261122-000000", "20261122-000000-1")
@@ -71,6 +71,51 @@ def test_a_run_that_began_without_a_clock_is_not_the_oldest(base: Path) -> None:
     os.utime(set_later / "mavlink.tlog", (when_s, when_s))
     gone = names(make_room(base, 100 * SIZE, lambda base: disk(base, 13), floor_bytes=50 * SIZE))
     assert gone == [*OLD[:3], set_later.name, OLD[3], "19700101-000005"]
+
+
+def lasted(run_dir: Path, seconds: float | None, *, parts: int = 1) -> Path:
+    """Give a run control rows over so many seconds; None: the header and no row."""
+    for part in range(parts):
+        shares = () if seconds is None else (part / parts, (part + 1) / parts)
+        rows = [f"{500.0 + share * (seconds or 0.0):.3f},7\n" for share in shares]
+        (run_dir / (f"control-{part:03d}.csv" if part else "control.csv")).write_text("".join(["t_s,tick\n", *rows]))
+    return run_dir
+
+
+@pytest.mark.parametrize("seconds", [None, 0.0, 4.0, 59.0])
+def test_a_program_that_starts_again_and_again_deletes_no_voyage(base: Path, seconds: float | None) -> None:
+    """Each start makes room for a whole run: at the fourth the voyage before them was the oldest."""
+    assert names(make_room(base, 6 * SIZE, disk)) == list(OLD[:3])
+    left = (OLD[3], *NEWEST)
+    gone: list[str] = []
+    for start in range(20):
+        gone += names(make_room(base, 6 * SIZE, disk))
+        lasted(add_run(base, f"20261123-0000{start:02d}"), seconds)
+    assert gone
+    assert all(name.startswith("20261123") for name in gone)
+    assert gone == sorted(gone), "the oldest first"
+    assert all((base / name).exists() for name in (*left, "20261123-000019", "20261123-000018", "20261123-000017"))
+
+
+def test_a_card_below_the_floor_keeps_the_newest_voyages_and_the_newest_starts(base: Path) -> None:
+    starts = [lasted(add_run(base, f"20261123-00000{start}"), 3.0).name for start in range(5)]
+    gone = names(make_room(base, 100 * SIZE, lambda base: disk(base, 13), floor_bytes=99 * SIZE))
+    assert gone == [*starts[:2], *OLD]
+    assert sorted(names(base.iterdir())) == sorted((*NEWEST, *starts[2:]))
+
+
+@pytest.mark.parametrize("seconds", [61.0, 8_000.0])
+def test_a_run_of_a_minute_is_a_voyage(base: Path, seconds: float) -> None:
+    assert not is_brief(lasted(base / OLD[0], seconds))
+    assert not is_brief(lasted(base / OLD[1], seconds, parts=3))
+    assert is_brief(lasted(base / OLD[2], 30.0, parts=3))
+
+
+@pytest.mark.parametrize("rows", ["", "1.0,3\n\0\0\0\n", "1.0,3\nx"])
+def test_a_run_of_which_nobody_can_tell_is_taken_for_a_voyage(base: Path, rows: str) -> None:
+    if rows:
+        (base / OLD[0] / "control.csv").write_text(f"t_s,tick\n{rows}")
+    assert not is_brief(base / OLD[0])
 
 
 def test_what_is_no_run_of_ours_stays_however_full_the_disk(base: Path, tmp_path: Path) -> None:

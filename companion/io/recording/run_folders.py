@@ -16,8 +16,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
 
+from ..log_file import parts_of
+
 KEPT_RUNS: Final = 3
 """The newest runs are never deleted: what happened last is what one wants to see."""
+BRIEF_S: Final = 60.0
+"""A run shorter than this is a start that came to nothing: a hundred of them, one after another, hold no voyage."""
+_BRIEF_BYTES: Final = 2 << 20
+"""A minute of control rows at the fastest rate has less; more is not even read."""
 _NAME: Final = re.compile(r"\d{8}-\d{6}(-\d{1,3})?")
 _STAMP: Final = "%Y%m%d-%H%M%S"
 _CLOCK_WAS_SET: Final = "2020"
@@ -83,24 +89,42 @@ def free_bytes(folder: Path) -> int:
     return shutil.disk_usage(folder).free
 
 
+def is_brief(run_dir: Path) -> bool:
+    """Whether a run surely holds less than a minute; one of which that cannot be told is taken for a voyage."""
+    try:
+        parts = parts_of(run_dir / "control.csv")
+        if not parts or sum(part.stat().st_size for part in parts) > _BRIEF_BYTES:
+            return False
+        rows = (row for part in parts for row in part.read_bytes().splitlines()[1:])
+        times_s = [float(row.partition(b",")[0]) for row in rows]
+    except (OSError, ValueError):
+        return False
+    return not times_s or max(times_s) - times_s[0] < BRIEF_S
+
+
 def make_room(
     base: Path, wanted_bytes: int, free: Callable[[Path], int] = free_bytes, *, floor_bytes: int = 0
 ) -> list[Path]:
     """Delete the oldest runs in ``base`` until its disk has ``wanted_bytes`` free; return those that went.
 
-    The newest stay in any case. Where that cannot be had, old runs and the new one share what there is above ``floor_bytes``.
+    The newest stay in any case, and so do the newest that are not brief. Brief ones go first, and those that stay cost no other
+    run its place: a program that starts again and again must not delete the voyage before it. Where the room cannot be had, old
+    runs and the new one share what there is above ``floor_bytes``.
     Only directories that bear a time as ``new_run_dir`` gives it and hold a run.json are runs; links are left alone, and so is what
     another process records. What cannot
     be read or deleted stays: a disk's trouble is the recorder's to tell.
     """
     gone: list[Path] = []
     try:
-        runs = _runs(base)
-        most = free(base) + sum(map(_size, runs))
+        if free(base) >= wanted_bytes:
+            return gone
+        runs, spared = _runs(base)
+        spared_bytes = sum(map(_size, spared))
+        most = free(base) + spared_bytes + sum(map(_size, runs))
         if most < wanted_bytes:
             wanted_bytes = min(most, floor_bytes + max(most - floor_bytes, 0) // 2)
         for run_dir in runs:
-            if free(base) >= wanted_bytes:
+            if free(base) + spared_bytes >= wanted_bytes:
                 break
             if is_held(run_dir):
                 continue
@@ -112,15 +136,23 @@ def make_room(
     return gone
 
 
-def _runs(base: Path) -> list[Path]:
-    """Those that may go, oldest first; at the end those of which nobody knows when they were."""
+def _runs(base: Path) -> tuple[list[Path], list[Path]]:
+    """Those that may go, the first to go first, and the brief ones that stay.
+
+    Brief ones go before the others, those of which nobody knows when they were after the others of their kind.
+    """
     if not base.is_dir():
-        return []
+        return [], []
     found = [path for path in base.iterdir() if _NAME.fullmatch(path.name) and not path.is_symlink()]
     ages = sorted((_age(path), path) for path in found if (path / "run.json").is_file())
     dated = [path for (stamp, _), path in ages if stamp >= _CLOCK_WAS_SET]
     undated = [path for (stamp, _), path in ages if stamp < _CLOCK_WAS_SET]
-    return dated[:-KEPT_RUNS] + undated[:-KEPT_RUNS]
+    brief = {path for _, path in ages if is_brief(path)}
+    kept: set[Path] = set()
+    for group in (dated, undated):
+        kept |= {*group[-KEPT_RUNS:], *[path for path in group if path not in brief][-KEPT_RUNS:]}
+    may_go = [path for path in (*dated, *undated) if path not in kept]
+    return sorted(may_go, key=lambda path: path not in brief), sorted(kept & brief)
 
 
 def _age(run_dir: Path) -> tuple[str, int]:
