@@ -36,8 +36,10 @@ def parts_of(path: Path) -> list[Path]:
 
 
 def make_own_folder(folder: Path) -> None:
-    """Make the folder of a run or a store, unless it is there. Raises OSError."""
-    folder.mkdir(mode=FOLDER_MODE, parents=True, exist_ok=True)
+    """Make the folder of a run or a store, and those that lead there, unless they are there. Raises OSError."""
+    missing = [above for above in folder.parents if not above.exists()]
+    for each in (*reversed(missing), folder):
+        each.mkdir(mode=FOLDER_MODE, exist_ok=True)
 
 
 def sync_folder(folder: Path) -> None:

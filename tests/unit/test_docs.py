@@ -152,6 +152,12 @@ def test_the_unit_feeds_the_watchdog_and_never_stays_dead():
         assert line in unit
 
 
+def test_the_unit_leaves_the_state_to_its_user_and_his_group():
+    """Without a word of its own the folder that the installer made 0750 was 0755 after the first start."""
+    unit = (REPO / "config" / "system" / "usv-companion.service").read_text().splitlines()
+    assert "StateDirectoryMode=0750" in unit
+
+
 def test_the_scenario_in_its_page_holds_as_printed(tmp_path, capsys):
     text = (DOCS / "SCENARIOS.md").read_text(encoding="utf-8")
     (block,) = [

@@ -349,6 +349,12 @@ def test_a_place_where_nobody_may_write_is_told_as_that(tmp_path, monkeypatch):
     assert (base / "now").stat().st_mode & 0o777 == 0o750
 
 
+def test_the_folders_that_lead_to_a_run_are_its_owners_too(tmp_path):
+    Recorder(tmp_path / "boat" / "runs" / "now", free_floor_mb=0).close(0)
+    made = (tmp_path / "boat", tmp_path / "boat" / "runs", tmp_path / "boat" / "runs" / "now")
+    assert [folder.stat().st_mode & 0o777 for folder in made] == [0o750] * 3
+
+
 @pytest.mark.parametrize(
     ("ahead_s", "told"),
     [(0.9, []), (90.0, ["90 s"]), (3_600.0, ["60 min"]), (7_300.0, ["2 h"]), (86_400.0 * 7_300, ["7300 days"])],
