@@ -152,6 +152,13 @@ def test_the_unit_feeds_the_watchdog_and_never_stays_dead():
         assert line in unit
 
 
+def test_no_device_of_the_vessel_is_spoken_to_by_the_modem_manager():
+    rules = (REPO / "config" / "system" / "60-usv-companion.rules").read_text().splitlines()
+    devices = [rule for rule in rules if rule and not rule.startswith("#")]
+    assert len(devices) >= 3
+    assert all('ENV{ID_MM_DEVICE_IGNORE}="1"' in rule for rule in devices)
+
+
 def test_the_unit_leaves_the_state_to_its_user_and_his_group():
     """Without a word of its own the folder that the installer made 0750 was 0755 after the first start."""
     unit = (REPO / "config" / "system" / "usv-companion.service").read_text().splitlines()
