@@ -2,6 +2,7 @@
 # Installs the vessel on a Raspberry Pi (Debian 12 or newer), or upgrades it, from one wheel. Safe to run again.
 # What it does, step by step, and how to go back: docs/RASPBERRY.md.
 set -eu
+umask 022  # whoever calls it, and however strictly: what is made here is for another user to run
 
 usage() {
     echo "usage: sudo sh install.sh WHEEL [--wheels FOLDER] [--stop]"
@@ -91,7 +92,11 @@ if [ ! -e "$settings/boat.toml" ]; then
     install -o root -g "$user" -m 0640 "$shipped" "$settings/boat.toml"
 fi
 
-# 4. Does the new program understand the boat's file? If not, the old one stays in force.
+# 4. Can that user run the new program, and does it understand the boat's file? If not, the old one stays in force.
+(cd "$state" && as_user "$place/bin/companion" --version >/dev/null) || {
+    undo
+    fail "the user $user cannot run $place/bin/companion (above): 'chmod a+rx' the folders that lead there. Nothing is changed"
+}
 checked=yes
 (cd "$state" && as_user "$place/bin/companion" check "$settings/boat.toml") || checked=
 if [ -z "$checked" ] && [ -e "$link" ]; then

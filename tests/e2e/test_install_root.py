@@ -91,6 +91,20 @@ def test_the_first_releases_folder_is_kept(pi):
     assert pi.run("/opt/usv-companion/bin/companion --version").startswith("companion ")
 
 
+@pytest.mark.parametrize("umask", ["027", "077"])
+def test_a_strict_umask_makes_no_program_that_its_user_cannot_run(pi, umask):
+    assert "is in force" in pi.run(f"umask {umask}; {INSTALL}")
+    assert "good" in pi.run(CHECK)
+
+
+def test_a_program_that_its_user_cannot_reach_is_told_as_that(pi):
+    pi.run("chmod 700 /opt")
+    said = pi.run(INSTALL, ends=1)
+    assert "the user usv cannot run" in said
+    assert "does not take" not in said
+    assert pi.run("ls /opt") == ""
+
+
 @pytest.mark.parametrize(
     ("words", "ends", "told"),
     [
