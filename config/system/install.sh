@@ -109,7 +109,7 @@ trap - INT TERM HUP
 running=
 if systemd && systemctl is-active --quiet "$service"; then running=yes; systemctl stop "$service"; fi
 before=
-if [ -L "$link" ]; then before=$(readlink "$link"); elif [ -e "$link" ]; then before=$link-before; mv "$link" "$before"; fi
+if [ -L "$link" ]; then before=$(readlink -f "$link" || true); elif [ -e "$link" ]; then before=$link-before; mv "$link" "$before"; fi
 if [ -n "$before" ] && ls "$state"/state/*.db >/dev/null 2>&1; then
     kept=$state/state/before-$(basename "$place")
     install -d -o "$user" -g "$user" -m 0750 "$kept"
@@ -118,7 +118,7 @@ if [ -n "$before" ] && ls "$state"/state/*.db >/dev/null 2>&1; then
 fi
 ln -sfn "$place" "$link"
 for old in "$link"-[0-9]*; do
-    [ "$old" = "$place" ] || [ "$old" = "$before" ] || rm -rf "$old"
+    [ "$old" = "$place" ] || [ "$(readlink -f "$old")" = "$before" ] || rm -rf "$old"
 done
 
 # 6. Service and device names. What somebody has changed is left, or kept beside.

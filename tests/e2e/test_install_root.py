@@ -105,6 +105,16 @@ def test_a_program_that_its_user_cannot_reach_is_told_as_that(pi):
     assert pi.run("ls /opt") == ""
 
 
+def test_the_program_before_stays_whatever_form_its_link_has(pi):
+    """A relative link, as 'cd /opt; ln -sfn usv-companion-OLD usv-companion' makes it: the one before was deleted."""
+    pi.run(INSTALL)
+    before = pi.run(
+        "cd /opt; name=$(basename $(readlink usv-companion)); ln -sfn $name usv-companion; echo $name"
+    ).strip()
+    assert f"before it: /opt/{before} " in pi.run(INSTALL)
+    assert pi.run(f"/opt/{before}/bin/companion --version").startswith("companion ")
+
+
 @pytest.mark.parametrize(
     ("words", "ends", "told"),
     [
