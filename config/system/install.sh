@@ -10,7 +10,7 @@ usage() {
     echo "  --stop            stop the running service for the upgrade: only when the boat is moored and disarmed"
 }
 say() { echo "install: $*"; }
-fail() { echo "install stopped: $*" >&2; exit 1; }
+fail() { told=yes; echo "install stopped: $*" >&2; exit 1; }
 
 here=$(cd "$(dirname "$0")" && pwd)
 wheel=
@@ -42,6 +42,21 @@ service=usv-companion
 systemd() { [ -d /run/systemd/system ]; }
 as_user() { runuser -u "$user" -- "$@"; }
 
+# However this ends before its end: what is half made goes, and a service that was stopped for it runs again.
+told=
+place=
+copy=
+in_force=
+stopped=
+leave() {
+    [ "$?" -ne 0 ] || return 0
+    [ -n "$told" ] || echo "install stopped: see above${in_force:+; the new program is in force, what comes after is not done: run this again}" >&2
+    [ -n "$in_force" ] || rm -rf ${place:+"$place"} ${copy:+"$copy"}
+    [ -z "$stopped" ] || systemctl start "$service" || say "start it: systemctl start $service"
+}
+trap leave EXIT
+trap 'fail "interrupted; nothing is changed"' INT TERM HUP
+
 # 1. Is this the machine for it, and does nobody sail on it?
 command -v python3 >/dev/null || fail "no python3 here: apt install python3 python3-venv"
 python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' || fail "$(python3 --version) is too old: Debian 12 or newer is needed"
@@ -55,13 +70,12 @@ fi
 
 # 2. The program, in a folder of its own: the one before stays until this one has shown that it runs.
 version=$(basename "$wheel" | cut -d- -f2)
-place=$link-$version
+free=$link-$version
 number=2
-while [ -e "$place" ]; do place=$link-$version.$number; number=$((number + 1)); done
+while [ -e "$free" ]; do free=$link-$version.$number; number=$((number + 1)); done
+place=$free
 say "installing $version into $place"
-undo() { rm -rf "$place"; }
-trap 'undo; fail "interrupted; nothing is changed"' INT TERM HUP
-python3 -m venv "$place" || { undo; fail "could not create $place"; }
+python3 -m venv "$place" || fail "could not create $place"
 from=
 [ -z "$wheels" ] || from="--no-index --find-links $wheels"
 install_packages() {
@@ -69,10 +83,10 @@ install_packages() {
     "$place/bin/pip" install --disable-pip-version-check -q --no-deps --require-hashes $from -r "$here/requirements.lock" || return
     "$place/bin/pip" install --disable-pip-version-check -q --no-deps --no-index "$wheel"
 }
-install_packages || { undo; fail "the packages could not be installed (above); nothing is changed"; }
+install_packages || fail "the packages could not be installed (above); nothing is changed"
 trial=$(mktemp -d)
 "$place/bin/companion" sim --speed max --duration 1 --run-dir "$trial/run" >/dev/null ||
-    { undo; rm -rf "$trial"; fail "a simulation of one second failed (above); nothing is changed"; }
+    { rm -rf "$trial"; fail "a simulation of one second failed (above); nothing is changed"; }
 rm -rf "$trial"
 
 # 3. Who it runs as, where it keeps what. What is there stays as it is.
@@ -93,30 +107,32 @@ if [ ! -e "$settings/boat.toml" ]; then
 fi
 
 # 4. Can that user run the new program, and does it understand the boat's file? If not, the old one stays in force.
-(cd "$state" && as_user "$place/bin/companion" --version >/dev/null) || {
-    undo
+(cd "$state" && as_user "$place/bin/companion" --version >/dev/null) ||
     fail "the user $user cannot run $place/bin/companion (above): 'chmod a+rx' the folders that lead there. Nothing is changed"
-}
 checked=yes
 (cd "$state" && as_user "$place/bin/companion" check "$settings/boat.toml") || checked=
 if [ -z "$checked" ] && [ -e "$link" ]; then
-    undo
     fail "the new program does not take $settings/boat.toml (above); the old one stays. Mend a copy, see docs/UPGRADING.md"
 fi
 
-# 5. From here on the new one is in force. The stores as the old one left them are kept beside.
-trap - INT TERM HUP
-running=
-if systemd && systemctl is-active --quiet "$service"; then running=yes; systemctl stop "$service"; fi
+# 5. The stores as the old one left them are kept beside, whole or not at all. Then the new one is in force.
+if systemd && systemctl is-active --quiet "$service"; then stopped=yes; systemctl stop "$service"; fi
 before=
-if [ -L "$link" ]; then before=$(readlink -f "$link" || true); elif [ -e "$link" ]; then before=$link-before; mv "$link" "$before"; fi
+if [ -L "$link" ]; then before=$(readlink -f "$link" || true); elif [ -e "$link" ]; then before=$link-before; fi
 if [ -n "$before" ] && ls "$state"/state/*.db >/dev/null 2>&1; then
     kept=$state/state/before-$(basename "$place")
-    install -d -o "$user" -g "$user" -m 0750 "$kept"
-    cp -p "$state"/state/*.db* "$kept/"
+    copy=$kept.new
+    rm -rf "$copy"
+    { install -d -o "$user" -g "$user" -m 0750 "$copy" && cp -p "$state"/state/*.db* "$copy/"; } ||
+        fail "the stores could not be copied to $kept (above): make room there. Nothing is changed"
+    rm -rf "$kept"
+    mv "$copy" "$kept"
     say "the stores as they were: $kept"
 fi
+[ -L "$link" ] || [ ! -e "$link" ] || mv "$link" "$before"
 ln -sfn "$place" "$link"
+in_force=yes
+trap 'fail "interrupted; the new program is in force, what comes after is not done: run this again"' INT TERM HUP
 for old in "$link"-[0-9]*; do
     [ "$old" = "$place" ] || [ "$(readlink -f "$old")" = "$before" ] || rm -rf "$old"
 done
@@ -144,7 +160,7 @@ if systemd; then
     systemctl daemon-reload
     if ! { udevadm control --reload && udevadm trigger --subsystem-match=tty; }; then say "device names come with the next start"; fi
     systemctl enable -q "$service"
-    [ -z "$running" ] || systemctl start "$service"
+    [ -z "$stopped" ] || systemctl start "$service"
     systemctl is-active --quiet ModemManager && say "ModemManager talks to serial devices: apt purge modemmanager"
 else
     say "no systemd runs here: the service is installed, not enabled"
@@ -156,6 +172,6 @@ if [ -n "$first" ]; then
     say "next: put your devices into $rules/60-usv-companion.rules and $settings/boat.toml, then"
     say "  $link/bin/companion check $settings/boat.toml"
     say "  systemctl start $service"
-elif [ -z "$running" ]; then
+elif [ -z "$stopped" ]; then
     say "next: systemctl start $service"
 fi

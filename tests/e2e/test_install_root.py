@@ -115,6 +115,34 @@ def test_the_program_before_stays_whatever_form_its_link_has(pi):
     assert pi.run(f"/opt/{before}/bin/companion --version").startswith("companion ")
 
 
+SYSTEMCTL = """#!/bin/sh
+echo "$*" >> /root/asked
+[ "$1" != is-active ] || { echo STATE; [ STATE = active ]; }
+"""
+
+
+def under_systemd(pi, state):
+    """A service manager that takes every word, for a service in this state."""
+    pi.run("mkdir -p /run/systemd/system")
+    pi.run(f"cat > /usr/bin/systemctl <<'END'\n{SYSTEMCTL.replace('STATE', state)}END\nchmod +x /usr/bin/systemctl")
+
+
+def test_a_full_partition_of_the_state_leaves_all_as_it_was(pi):
+    """It had stopped the service, left half a store under the name of its copy, and said nothing of either."""
+    pi.run(INSTALL)
+    before = pi.run("readlink -f /opt/usv-companion; ls /opt")
+    under_systemd(pi, "active")
+    full = (
+        "d=/var/lib/usv-companion; mount -t tmpfs -o size=2m tmpfs $d; install -d -o usv -g usv $d/state; "
+        "head -c 1500000 /dev/zero > $d/state/companion.db; chown usv: $d $d/state/companion.db"
+    )
+    said = pi.run(f"{full}; ({INSTALL} --stop); echo ended $?; ls /var/lib/usv-companion/state")
+    assert "install stopped: the stores could not be copied" in said
+    assert said.split()[-3:] == ["ended", "1", "companion.db"]
+    assert pi.run("readlink -f /opt/usv-companion; ls /opt") == before
+    assert pi.path("/root/asked").read_text().split("\n")[-3:] == ["stop usv-companion", "start usv-companion", ""]
+
+
 @pytest.mark.parametrize(
     ("words", "ends", "told"),
     [
