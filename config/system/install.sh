@@ -40,6 +40,13 @@ units=/etc/systemd/system
 rules=/etc/udev/rules.d
 service=usv-companion
 systemd() { [ -d /run/systemd/system ]; }
+service_runs() {
+    systemd || return
+    case $(systemctl is-active "$service" || true) in
+        active | activating | reloading | deactivating) ;;  # "activating" also between two starts of a program that fails
+        *) return 1 ;;
+    esac
+}
 as_user() { runuser -u "$user" -- "$@"; }
 
 # However this ends before its end: what is half made goes, and a service that was stopped for it runs again.
@@ -64,7 +71,7 @@ if ! python3 -c 'import ensurepip' 2>/dev/null; then
     say "installing python3-venv"
     apt-get install -y -q python3-venv >/dev/null || fail "python3-venv is missing and could not be installed"
 fi
-if systemd && systemctl is-active --quiet "$service"; then
+if service_runs; then
     [ -n "$stop" ] || fail "the boat's service is running, and an upgrade stops it: moor and disarm, then run this again with --stop"
 fi
 
@@ -116,7 +123,7 @@ if [ -z "$checked" ] && [ -e "$link" ]; then
 fi
 
 # 5. The stores as the old one left them are kept beside, whole or not at all. Then the new one is in force.
-if systemd && systemctl is-active --quiet "$service"; then stopped=yes; systemctl stop "$service"; fi
+if service_runs; then stopped=yes; systemctl stop "$service"; fi
 before=
 if [ -L "$link" ]; then before=$(readlink -f "$link" || true); elif [ -e "$link" ]; then before=$link-before; fi
 if [ -n "$before" ] && ls "$state"/state/*.db >/dev/null 2>&1; then

@@ -127,6 +127,12 @@ def under_systemd(pi, state):
     pi.run(f"cat > /usr/bin/systemctl <<'END'\n{SYSTEMCTL.replace('STATE', state)}END\nchmod +x /usr/bin/systemctl")
 
 
+def test_a_service_between_two_starts_is_one_that_runs(pi):
+    """A program that ends and is started again was upgraded without --stop, or not, as it happened."""
+    under_systemd(pi, "activating")
+    assert "the boat's service is running" in pi.run(INSTALL, ends=1)
+
+
 def test_a_full_partition_of_the_state_leaves_all_as_it_was(pi):
     """It had stopped the service, left half a store under the name of its copy, and said nothing of either."""
     pi.run(INSTALL)
