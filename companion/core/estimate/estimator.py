@@ -393,7 +393,7 @@ class Estimator:
         if through is None:
             return
         water.step(dt_s, self._drift_tau_s, ground_mps=ground, bow=bow, through_mps=through, r_radps=r_radps)
-        off_rad = water.turned_by_rad(dt_s, bow=bow, through_mps=through, told=position.told)
+        off_rad = water.turned_by_rad(dt_s, ground_mps=ground, bow=bow, through_mps=through, told=position.told)
         position.drift_n_mps, position.drift_e_mps = (mps or 0.0 for mps in water.current_mps)
         if off_rad is not None and self._last_us is not None:
             self._heading.contradict(self._last_us, off_rad)

@@ -14,6 +14,8 @@ from .water import NOWHERE, WAY_MPS, WaterMeans, part_of, towards
 
 _OWN_SHARE: Final = 0.6
 """Of a way through the water thrust makes at least this by the file, with the share that was learnt. Else the water has begun to move."""
+_PART_SHARE: Final = 0.4
+"""A file whose thrust and drag are wrong by half explains so much of a way that is all by thrust."""
 _SETS_IN_MPS: Final = 1.2
 """Water may begin to move so fast within a silence. A heading that would need more, where she makes good way, is wrong."""
 _STEADY_S: Final = 1.0
@@ -54,12 +56,16 @@ class OwnWay:
         ground = self.ground_mps
         return ground is not None and self._water.goes_against(psi_rad + self.stern_rad, ground, self.least_mps)
 
-    def is_hers(self) -> bool:
+    def is_driven(self) -> bool:
+        """Whether thrust may explain how fast she goes by a file that is wrong by half: what carries her at rest is no way of hers."""
+        return self.is_hers(_PART_SHARE)
+
+    def is_hers(self, share: float = _OWN_SHARE) -> bool:
         """Whether thrust may well explain how fast she goes: else the water is not what it was."""
         if self.ground_mps is None or self.modelled_mps is None:
             return True
         made_mps = abs(self.modelled_mps[0]) * (1.0 + self._water.made_share)
-        return made_mps >= _OWN_SHARE * math.hypot(*self._water.through_mps(self.ground_mps))
+        return made_mps >= share * math.hypot(*self._water.through_mps(self.ground_mps))
 
     def is_steady(self) -> bool:
         """Whether the course does not change: in a turn it lags behind the bow."""

@@ -58,6 +58,9 @@ _CARRIED_S: Final = 4.0
 """Time constant of the drift then: longer than a wave. On a trailer it was 12 m/s, and is no course after a quarter of a minute."""
 _TAUGHT_S: Final = 20.0
 """A heading that thrust contradicts has taught a wrong water since the thrust began: that is found out sooner than this."""
+_FITS_MPS: Final = 0.5
+"""The water before that explains where thrust takes her if it is off by no more: at rest it makes half a way that counts as a course.
+A compass that crept away has taught a wrong one for longer."""
 _KEPT_S: Final = 5.0
 _LATELY_S: Final = 60.0
 """So far back the water is remembered, at such intervals: that a propeller is lost is certain 10 to 40 s after it was."""
@@ -223,6 +226,8 @@ class WaterMeans:
         self._kept_s = _KEPT_S
         self._adrift_s = 0.0
         """For how long she has made no way, without a heading."""
+        self._is_guess = False
+        """Whether the water is only what thrust showed of it as it proved a heading wrong, and no heading has been believed since."""
 
     @property
     def drift_mps(self) -> tuple[float, float] | tuple[None, None]:
@@ -258,14 +263,15 @@ class WaterMeans:
         """There is none: what thrust made before tells nothing of the next one.
 
         Of a vessel without way all that moves her is the water, and which way she points does not matter. Else a drift that was learnt
-        on a trailer stands for ever: at rest it makes way through the water, which contradicts each compass.
+        on a trailer stands for ever: at rest it makes way through the water, which contradicts each compass. One that is a guess is no
+        better than what carries a vessel that may still make a little way.
         """
         self._witness.clear()
         if ground_mps is None or modelled_mps is None or math.hypot(*modelled_mps) > _NO_WAY_MPS:
             self._adrift_s = 0.0
             return
         self._adrift_s += dt_s
-        if self._drift.mps is not None and self._adrift_s >= _ADRIFT_S:
+        if self._drift.mps is not None and (self._is_guess or self._adrift_s >= _ADRIFT_S):
             for mean in (self._drift, self._current):
                 mean.carried(part_of(dt_s, _CARRIED_S), ground_mps)
 
@@ -283,6 +289,7 @@ class WaterMeans:
         self, dt_s: float, tau_s: float, *, ground_mps: _Pair, bow: _Pair, through_mps: _Pair, r_radps: float
     ) -> None:
         """Take one sample, as ``CurrentFilter`` does."""
+        self._is_guess = False
         (north, east), (cos, sin), u_mps = ground_mps, bow, through_mps[0]
         sample_mps = (north - u_mps * cos, east - u_mps * sin)
         self._drift.step(dt_s, tau_s, sample_mps=sample_mps, r_radps=r_radps, bow=bow)
@@ -292,7 +299,9 @@ class WaterMeans:
             self._kept_s = 0.0
             self._before.append(deepcopy((self._drift, self._current)))
 
-    def turned_by_rad(self, dt_s: float, *, bow: _Pair, through_mps: _Pair, told: SeenFix | None) -> float | None:
+    def turned_by_rad(
+        self, dt_s: float, *, ground_mps: _Pair, bow: _Pair, through_mps: _Pair, told: SeenFix | None
+    ) -> float | None:
         """Return how far off the heading thrust moves the vessel, where that proves it wrong: what it taught of the water is taken back.
 
         ``told``: the fix that is new at this tick.
@@ -301,7 +310,20 @@ class WaterMeans:
         if off_rad is not None:
             self._witness.clear()
             self.take_back(_TAUGHT_S)
+            self._fit(ground_mps, (math.cos(off_rad), math.sin(off_rad)), bow=bow, through_mps=through_mps)
         return off_rad
+
+    def _fit(self, ground_mps: _Pair, turned: _Pair, *, bow: _Pair, through_mps: _Pair) -> None:
+        """Keep the water if it explains the way with the bow turned so; else the wrong bow made it, and it begins anew by this way."""
+        (cos, sin), (north, east) = turned, bow
+        bow = (north * cos - east * sin, north * sin + east * cos)
+        current = CurrentFilter()
+        current.step(0.0, 1.0, ground_mps=ground_mps, bow=bow, through_mps=through_mps, r_radps=0.0)
+        if math.dist(current.mps, self._current.mps) <= _FITS_MPS:
+            return
+        self._drift, self._current, self._is_guess = DriftFilter(), current, True
+        self._drift.carried(1.0, current.mps)
+        self._before.clear()
 
     def take_back(self, seconds: float) -> None:
         """The heading was wrong for so long: take the water as it was before that."""
