@@ -78,7 +78,7 @@ def sail_on(hull, begin, seconds, side=0, share=0.0, seed=1, fault_s=15.0):
         watch.step(TICK_S, run.state, run.sent, diagnosis.opinion, diagnosis.told)
         if watch.shares != before:
             is_other_boat = (before == WHOLE) != (watch.shares == WHOLE)
-            through_mps = run.source.estimator.recall_water(run.state) if is_other_boat else None
+            through_mps = run.source.estimator.recall_water(run.state)[1] if is_other_boat else None
             run.controller.thrusters(watch.shares, through_mps)
             run.guidance.thrusters(watch.shares)
             run.guidance.limit(
@@ -297,3 +297,13 @@ def test_a_hull_that_one_thruster_cannot_steer_stops_and_says_why(voyage):
     trip.run(16.0)
     assert trip.snapshot.output.thruster_port == trip.snapshot.output.thruster_starboard == 0.0
     assert "This hull cannot be steered by one thruster: STOP" in trip.texts
+
+
+def test_the_thrust_that_was_not_there_is_not_told_as_water_that_is_too_fast(voyage):
+    """In the tick in which it was found, in still water: "the water is faster than the vessel: stopped"."""
+    trip = voyage("depth.enabled=false")
+    trip.sail(1.5, (400.0, 0.0), after_s=20.0)
+    trip.world.surroundings.plant.vessel.thruster_health[1] = -0.6
+    trip.run(25.0)
+    assert "thruster_weak" in trip.snapshot.causes
+    assert not any("water is faster" in text for text in trip.texts)

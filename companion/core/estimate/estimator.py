@@ -191,8 +191,8 @@ class Estimator:
         """Whether no sensor tells the turn rate: the compass is lost, or has said the same for so long that it tells nothing."""
         return self._compasses.watch.tells_no_turn or self._heading.course_us is not None
 
-    def recall_water(self, state: EstimatedState) -> tuple[float, float] | None:
-        """A fault was found: take the water as it was before. Return the surge and sway through it, m/s; None where unknown."""
+    def recall_water(self, state: EstimatedState) -> tuple[EstimatedState, _Pair | None]:
+        """A fault was found: take the water as it was before. Return the state with it, surge and sway through it, m/s; None: unknown."""
         return self._water.recall(state)
 
     def update(self, measurement: Measurement, source: int = 0) -> bool:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from copy import deepcopy
+from dataclasses import replace
 from typing import Final
 
 from mavlink_bridge.language.messages import EstimatedState
@@ -335,15 +336,27 @@ class WaterMeans:
             self._drift, self._current = deepcopy(self._before[-1])
         self._kept_s = 0.0
 
-    def recall(self, state: EstimatedState) -> _Pair | None:
+    def recall(self, state: EstimatedState) -> tuple[EstimatedState, _Pair | None]:
         """Take the water as it was up to a minute ago: what was learnt since is thrust that was not there.
 
-        Return the surge and sway through it that the vessel must have now, m/s; None where nothing is known of it.
+        Return the state with that water, and the surge and sway through it that the vessel must have now, m/s; None where nothing is known.
         """
         vn, ve, psi = state.vx_mps, state.vy_mps, state.psi_rad
         if not self._before or vn is None or ve is None or psi is None:
-            return None
+            return state, None
         while len(self._before) > 1:
             self._before.pop()
         self._drift, self._current = deepcopy(self._before[0])
-        return self._current.by_file((vn, ve), (math.cos(psi), math.sin(psi)))
+        through_mps = self._current.by_file((vn, ve), (math.cos(psi), math.sin(psi)))
+        return self._as_known(state), through_mps
+
+    def _as_known(self, state: EstimatedState) -> EstimatedState:
+        (drift_n, drift_e), (current_n, current_e) = self.drift_mps, self.current_mps
+        return replace(
+            state,
+            drift_n_mps=drift_n,
+            drift_e_mps=drift_e,
+            current_n_mps=current_n,
+            current_e_mps=current_e,
+            made_share=self.made_share,
+        )

@@ -42,11 +42,8 @@ from .voice import Voice
 from .voyage import RESUMED_M, Voyage
 
 _STATION: Final = Source("station", "DISTANCE_SENSOR")
-
 _TOLD_UNKNOWN: Final = 0.01
 """Share of a plan in uncharted water that an operator is told of: less is a border of the chart."""
-
-
 GUARD_OFF: Final = "depth guard OFF: nothing watches the depth"
 """Whole in the 50 bytes that a text has on the radio."""
 
@@ -338,7 +335,11 @@ class Controls:
         law_takes = getattr(self.parts.controller, "thrusters", None)
         if law_takes is None:
             return
-        law_takes(shares, self.parts.estimator.recall_water(self.state) if is_other_boat else None)
+        through_mps = None
+        if is_other_boat:  # what was no thrust had passed for water, in this tick's state, too
+            state, through_mps = self.parts.estimator.recall_water(self.state)
+            self.sensed = replace(self.sensed, state=state)
+        law_takes(shares, through_mps)
         self.parts.guidance.thrusters(shares)
         self._limit_speed()
 

@@ -128,8 +128,8 @@ class Vehicle:
             controls.set_home_here()
         self._diagnose(sensed, before)
         self._watch_thrusters(sensed, before)
-        self.controls.watch_compass(sensed.now_us)
-        return sensed
+        controls.watch_compass(now_us)
+        return controls.sensed
 
     def _measure(self, inputs: TickInputs) -> None:
         estimator, guard, state = self.parts.estimator, self.parts.guard, self.controls.state
