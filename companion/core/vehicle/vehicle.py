@@ -164,7 +164,7 @@ class Vehicle:
         if watch.helm_mirrored and not mirrored:
             say(Severity.CRITICAL, _MIRRORED)
         if watch.late.told_s and not was_late:
-            say(Severity.WARNING, f"Heading lags by about {watch.late.told_s:.0f} s: switch the compass's damping off")
+            say(Severity.WARNING, watch.late.words)
         if watch.shares != shares:
             self.controls.use_thrusters(watch.shares)
         for side, was_weak, weak in zip(("Port", "Starboard"), was, now, strict=True):

@@ -52,6 +52,12 @@ class LateHeading:
         self.told_s = 0.0
         """By so much the heading is late; 0 while that is not certain."""
 
+    @property
+    def words(self) -> str:
+        """What an operator is told; a compass that is late by so much without any damping has a delay."""
+        late = f"Heading lags by about {self.told_s:.1f} s"
+        return f"{late}: switch the compass's damping off, or tell its delay (NMEA_HDG_DELAY)"
+
     def rest(self) -> None:
         """A sensor tells the turn: the heading is not late for those who steer by it."""
         self.explains = False
