@@ -183,6 +183,44 @@ def test_each_cause_has_words_of_its_own():
     assert all(text.startswith("Suspected: ") for text in told)
 
 
+@pytest.mark.parametrize(("after_s", "is_withdrawn"), [(20.0, True), (60.0, False)])
+def test_what_was_suspected_by_a_heading_that_is_then_proven_wrong_is_withdrawn(after_s, is_withdrawn):
+    """A compass that creeps shows as a thruster first: she was hauled out for weed that was not there."""
+    run = Case(HULLS["blueboat"], WaterConfig(), seed=1, source=SensedState).loop()
+    run.place(0.0, 0.0, 0.0, 1.5)
+    run.sail(run.goto(400.0, 0.0))
+    diagnosis, cause = Diagnosis(HULLS["blueboat"]), None
+    while cause is None:
+        assert run.t_s < 60.0
+        if run.t_s > 15.0:
+            run.vessel.thruster_health[0] = 0.2
+        run.tick(1.5)
+        cause = diagnosis.step(TICK_S, run.state, run.sent)
+    assert diagnosis.heed(run.state.t_us, heading_wrong=False) == []
+    found_us = run.state.t_us + round(after_s * 1e6)
+    told = [text for _, text in diagnosis.heed(found_us, heading_wrong=True)]
+    assert told == (
+        ["No longer suspected: port thruster gives little (lost, weed); a wrong heading looks like it"]
+        if is_withdrawn
+        else []
+    )
+    assert (cause in diagnosis.told) != is_withdrawn
+    assert diagnosis.heed(found_us, heading_wrong=True) == []
+
+
+def test_a_boat_whose_heading_is_proven_wrong_takes_her_suspicion_back(voyage):
+    trip = voyage("depth.enabled=false")
+    trip.sail(1.5, (60.0, 0.0), (60.0, 60.0), (0.0, 60.0), after_s=20.0)
+    stuck(15.0)(trip.world.surroundings.plant.vessel)
+    trip.run(12.0)
+    assert "Suspected: rudders stuck or free" in trip.texts
+    for second in range(45):
+        trip.faults.set("heading_bias_deg", min(100.0, 4.0 * second))
+        trip.run(1.0)
+    assert any("Heading not believed" in text for text in trip.texts)
+    assert trip.texts.count("No longer suspected: rudders stuck or free; a wrong heading looks like it") == 1
+
+
 def test_without_a_heading_nothing_is_suspected():
     diagnosis = Diagnosis(HULLS["otter"])
     assert all(diagnosis.step(TICK_S, EstimatedState(t_us), None) is None for t_us in range(100))

@@ -63,7 +63,7 @@ class Estimator:
         self._own = OwnWay(self._water)
         self._heading = HeadingTrack(config, self._texts, self._own)
         self._heading.variation.by_model = self._model_variation
-        self.has_turn_rate = self._heading.has_rate
+        self.has_turn_rate, self.heading_waited_s = self._heading.has_rate, self._heading.waited_s
         self._position = PositionTrack(config, self._texts)
         self._receivers = FixChoice(
             self._texts, geometry.antenna_of, self._compass_attitude_at, self._position.is_acceptable
@@ -73,6 +73,7 @@ class Estimator:
         self._rates = Choice("Turn rate", self._texts, least_s=1.0, most_s=3.0, figure=degrees_a_second)
         self._tilt = Tilt(self._texts)
         self._sounders = Sounders(self._texts, geometry)
+        self.distance_at = self._sounders.at
         self._variation = FixVariation()
         self.latest_fix: GpsFix | None = None
         self._antenna_told: tuple[_Pair, _Pair] | None = None
@@ -128,6 +129,11 @@ class Estimator:
         return self._compasses.apart
 
     @property
+    def heading_proven_wrong(self) -> bool:
+        """Whether thrust has proven the compass wrong, and it has not been believed since."""
+        return self._heading.proven_wrong
+
+    @property
     def latest_attitude(self) -> EulerAngles | None:
         """The newest of every axis that is not too old, as measured: sentences measure different ones."""
         last, compass = self._attitude, self._compasses.angles
@@ -156,10 +162,6 @@ class Estimator:
         """The newest of every axis that is not too old; None when no axis is."""
         found = self.latest_attitude
         return found if found is not None and now_us - found.t_us <= _SHOWN_US else None
-
-    def distance_at(self, now_us: int) -> Distance | None:
-        """The newest sounding; one without a value when the sounder has fallen silent, None when there never was one."""
-        return self._sounders.at(now_us)
 
     @property
     def latest_distance(self) -> Distance | None:
@@ -361,10 +363,6 @@ class Estimator:
             return True
         self._rates.compare_newest(rate, link, value=rate.r_radps, used=self._rate, limit=_RATE_APART_RADPS)
         return False
-
-    def heading_waited_s(self, now_us: int) -> float | None:
-        """For how long there has been no news of the heading: 0 while a sensor of its own tells the turn rate, None while it is lost."""
-        return self._heading.waited_s(now_us)
 
     def _update_attitude(self, angles: EulerAngles, link: int) -> bool:
         leads = self._tilt.update(angles, link)

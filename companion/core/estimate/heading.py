@@ -71,7 +71,7 @@ class HeadingTrack:
         self._refused_rad = 0.0
         self._contradicted = False
         """Whether the course has contradicted the headings that are refused."""
-        self._proven = False
+        self.proven_wrong = False
         """Whether thrust has: then it takes a way by thrust, or the time at rest, to believe them again."""
         self._refused_is_back = False
         """What is refused came after a silence; what is not leapt under the vessel's eyes, and no silence widens its window."""
@@ -212,7 +212,7 @@ class HeadingTrack:
         self.psi_rad = wrap_pi(self.psi_rad + off_rad)
         self._begin_doubt(t_us)
         self._jump.begins(t_us)
-        self._lost_said = self._contradicted = self._proven = True
+        self._lost_said = self._contradicted = self.proven_wrong = True
         off_deg = abs(math.degrees(off_rad))
         said = f"Heading not believed: thrust moves the boat {off_deg:.0f} deg off it (compass or thrusters wrong)"
         self._texts.append((Severity.ERROR, said))
@@ -283,7 +283,7 @@ class HeadingTrack:
         self.psi_rad, self.r_radps, self.t_us = psi_rad, 0.0, t_us
         self.accepted_us = self._received_us = t_us
         self.course_us = self._refused_since_us = None
-        self._contradicted = self._proven = False
+        self._contradicted = self.proven_wrong = False
         self._unseen.believed()
 
     def _advance(self, t_us: int) -> None:
@@ -326,7 +326,7 @@ class HeadingTrack:
         """Whether what is expected may end a refusal: after a contradiction only where course or turn rate have told of it since."""
         assert self.accepted_us is not None
         newest_us = max(self.accepted_us, self.course_us or 0, self._rate_us)
-        return not self._contradicted or (not self._proven and t_us - newest_us <= _FORGOTTEN_US)
+        return not self._contradicted or (not self.proven_wrong and t_us - newest_us <= _FORGOTTEN_US)
 
     def _is_elsewhere(self, psi_rad: float, goes_against: Callable[[float], bool]) -> bool:
         """Whether a heading that nothing else tells of is not where thrust takes the vessel."""
@@ -364,7 +364,7 @@ class HeadingTrack:
             self._texts.append((Severity.ERROR, "Heading refused: compass contradicts the motion"))
         if goes_against(psi_rad):
             self._refused_run_us, self._borne_us, self._contradicted = t_us, None, True
-        elif not self._stands_in(t_us) or (self._proven and not self._way.is_driven()):
+        elif not self._stands_in(t_us) or (self.proven_wrong and not self._way.is_driven()):
             self._borne_us = None
         elif self._borne_us is None:
             self._borne_us = t_us
@@ -376,7 +376,7 @@ class HeadingTrack:
 
     def _begin_doubt(self, t_us: int) -> None:
         self._refused_since_us = self._refused_run_us = t_us
-        self._borne_us, self._contradicted, self._proven, self._refused_is_back = None, False, False, False
+        self._borne_us, self._contradicted, self.proven_wrong, self._refused_is_back = None, False, False, False
 
     def _begin_refusal(self, t_us: int, off_deg: float, *, is_back: bool) -> None:
         self._begin_doubt(t_us)
@@ -393,6 +393,6 @@ class HeadingTrack:
 
     def _end_refusal(self, text: str) -> None:
         self._refused_since_us = None
-        self._lost_said = self._contradicted = self._proven = False
+        self._lost_said = self._contradicted = self.proven_wrong = False
         if text:
             self._texts.append((Severity.INFO, f"Compass: {text}"))

@@ -58,6 +58,7 @@ _REVERSED: Final = "pushes against what it is told (suspected): look at its wiri
 _MIRRORED: Final = (
     "The helm turns the boat the wrong way (suspected): thrusters changed over, or a rudder servo mirrored"
 )
+_UNMEASURED: Final = "a thruster gives too little to be measured; if both are sound the file is far off, rudders that are not there for one"
 _WEAK: Final = "gives much less than it is told to (suspected): weed, a lost propeller, or a stuck rudder"
 
 
@@ -170,15 +171,14 @@ class Vehicle:
         for side, was_weak, weak in zip(("Port", "Starboard"), was, now, strict=True):
             if weak and not was_weak:
                 say(Severity.CRITICAL, f"{side} thruster {_REVERSED if watch.reversed else _WEAK}")
-                self.parts.navigator.abandon_trial(
-                    "a thruster gives too little to be measured; if both are sound the file is far off, rudders that are not there for one"
-                )
+                self.parts.navigator.abandon_trial(_UNMEASURED)
             elif was_weak and not weak:
                 say(Severity.NOTICE, f"{side} thruster gives what it is told again")
 
     def _diagnose(self, sensed: Sensed, before: Ticked) -> None:
         """Tell what may be wrong with thrusters and rudders; what is known already explains all the rest."""
-        diagnosis, watch = self.parts.diagnosis, self.parts.propulsion
+        diagnosis, watch, estimator = self.parts.diagnosis, self.parts.propulsion, self.parts.estimator
+        self.controls.voice.say_all(diagnosis.heed(sensed.now_us, heading_wrong=estimator.heading_proven_wrong))
         if not self.controls.armed:
             diagnosis.clear()
             return

@@ -24,6 +24,15 @@ class Cause(Enum):
 
 def words(cause: Cause) -> str:
     """What an operator is told: what it looks like and what to look at."""
+    return f"Suspected: {_found(cause)}"
+
+
+def withdrawn(cause: Cause) -> str:
+    """What an operator is told when a heading that was wrong explains it."""
+    return f"No longer suspected: {_found(cause)}; a wrong heading looks like it"
+
+
+def _found(cause: Cause) -> str:
     match cause:
         case Cause.WEAK:
             found = "the thruster gives little (lost, weed)"
@@ -47,4 +56,4 @@ def words(cause: Cause) -> str:
             found = "rudders work the wrong way"
         case _:
             assert_never(cause)
-    return f"Suspected: {found}"
+    return found

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState
+from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState, Severity
 
 from ...hull import ForceModel, VesselConfig
-from .causes import Cause
+from .causes import Cause, withdrawn
 from .residual import SAMPLE_S, Residual
 from .suspects import suspects
 from .weather import GALE_MPS, Bounds, Pair
@@ -20,6 +20,9 @@ _LEAST: Final = 0.03
 """Share of one thruster's pull that no sensor shows."""
 _OFF: Final = 0.2
 """Share of one thruster's pull by which a hull file may be off for ever."""
+_DOUBTFUL_US: Final = 45_000_000
+"""What was told so shortly before a heading is proven wrong was told by it: one that creeps by a degree a second shows as a thruster
+up to half a minute sooner."""
 
 
 class Diagnosis:
@@ -32,16 +35,30 @@ class Diagnosis:
         self._residual = Residual(vessel, model, among)
         self._weighing = Weighing(among, _bounds(vessel, model))
         self.told: frozenset[Cause] = frozenset()
+        self._told_us: dict[Cause, int] = {}
+        self._heading_wrong = False
 
     def clear(self) -> None:
         """Forget all: disarmed."""
         self.rest()
         self.told = frozenset()
+        self._told_us.clear()
 
     def rest(self) -> None:
         """What is wrong is known: the hull is no longer what its file says, and nothing else can be told by it."""
         self._residual.forget()
         self._weighing.forget()
+
+    def heed(self, now_us: int, *, heading_wrong: bool) -> list[tuple[Severity, str]]:
+        """Take whether thrust has proven the heading wrong; where it just has, return the texts that take back what was told by it."""
+        is_new, self._heading_wrong = heading_wrong and not self._heading_wrong, heading_wrong
+        if not is_new:
+            return []
+        self.rest()
+        doubtful = [cause for cause, told_us in self._told_us.items() if now_us - told_us < _DOUBTFUL_US]
+        self.told -= frozenset(doubtful)
+        self._told_us.clear()
+        return [(Severity.NOTICE, withdrawn(cause)) for cause in doubtful]
 
     @property
     def opinion(self) -> frozenset[Cause] | None:
@@ -57,6 +74,7 @@ class Diagnosis:
         if cause is None or cause in self.told:
             return None
         self.told |= {cause}
+        self._told_us[cause] = state.t_us
         return cause
 
 
