@@ -145,6 +145,24 @@ def test_at_rest_a_heading_that_was_contradicted_is_not_locked_out_for_ever() ->
     assert said(made, "accepted") == ["Compass: new heading accepted after 60 s"]
 
 
+def test_one_that_was_contradicted_is_not_right_where_the_bow_swings_by_unseen() -> None:
+    """Adrift without a turn rate sensor, what was expected stayed with nobody to tell of it, and the wrong compass came by: plausible."""
+
+    def stops_and_swings(t_s: float) -> Pose:
+        way_mps = 1.5 if t_s < 30.0 else 1.5 * math.exp(0.5 * (30.0 - t_s))
+        psi_rad = wrap_pi(0.4 + math.tau * min(1.0, max(0.0, t_s - 45.0) / 24.0))
+        gone_m = 1.5 * min(t_s, 30.0) + 2.0 * ((1.5 - way_mps) if t_s > 30.0 else 0.0)
+        vn, ve = way_mps * math.cos(0.4), way_mps * math.sin(0.4)
+        return Pose(gone_m * math.cos(0.4), gone_m * math.sin(0.4), psi_rad, vn, ve, u_mps=way_mps)
+
+    made = was_silent(stops_and_swings, 3.0, 180.0, has_rate=False)
+    made.run(60.0)
+    assert made.state.psi_rad is None
+    assert said(made, "plausible") == []
+    made.run(25.0)
+    assert said(made, "accepted") == ["Compass: new heading accepted after 60 s"]
+
+
 def test_a_course_that_bears_a_heading_out_ends_the_doubt() -> None:
     """The boat is on another course by now than when it was contradicted."""
     turned = straight(1.5, 0.4 - 0.5 * math.pi)
