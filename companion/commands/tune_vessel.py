@@ -166,6 +166,8 @@ def margin_words(gains: Gains) -> str:
         missed.append(f"phase {_below(phase)} deg at {phase_at:.1f} m/s (bar {PHASE_BAR_DEG:g})")
     if gains.up_to_mps > 0.0:
         mend = f"sail no faster than {_below(gains.up_to_mps)} m/s, or record more"
+    elif gains.blown:
+        mend = "by a lower STEER_BW wind would turn her away: record more (the whole trial, calmer water)"
     else:
         mend = "no lower STEER_BW mends it: record more (the whole trial, calmer water)"
     return f"margins MISS {corner}: {', '.join(missed)}; {mend}"

@@ -5,12 +5,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
 
 from ..core.hull import Handling, VesselConfig
+from ..core.hull.blown import MOST_OFF_RAD, off_rad
 from ..core.hull.statics import Statics
 from ..core.steer import SteeringConfig
 from ..core.steer.bandwidth import GAIN_BAR_DB, PHASE_BAR_DEG
@@ -48,7 +49,7 @@ _TOUCHES: Final = 1e-9
 """Widths; what is so near to its bound is at it."""
 _SLOWER: Final = 0.85
 _LEAST_BANDWIDTH: Final = 0.4
-"""rad/s: a slower heading loop lets any wind turn the bow."""
+"""rad/s: slower ones are not tried. Most boats are turned away by wind long before."""
 _SPEEDS: Final = (0.0, 0.25, 0.5, 0.75, 1.0)
 """Shares of the greatest speed at which margins are looked at."""
 
@@ -149,6 +150,10 @@ class Gains:
     best: tuple[LoopMargins, ...]
     worst: tuple[LoopMargins, ...]
     """At the worst corner of the confidence region."""
+    off_rad: tuple[float, ...] = ()
+    """How far wind turns the bow there, at each speed with way on."""
+    blown: bool = False
+    """Bandwidths were left out because wind would turn the bow away."""
 
     @property
     def holds(self) -> bool:
@@ -168,20 +173,31 @@ def _kept(margins: LoopMargins) -> bool:
 def gains_for(fit: Fit, vessel: VesselConfig, steering: SteeringConfig) -> Gains:
     """Return the greatest bandwidth whose margins hold at the worst corner over all speeds, or the settings' own when none does.
 
-    Not the slowest: a hull that turns away by itself at speed needs a fast law, and a slow one lets it go. There the speed is to be
-    lowered, up to which the margins hold. A bandwidth that holds up to a greater speed than the settings' own, and not to the
-    greatest, was tried: the blueboat's legs and circles in a blow were half as good again with it.
+    Not the slowest: a hull that turns away by itself at speed needs a fast law, and a slow one lets it go; and any hull is blown about
+    by one. There the speed is to be lowered, up to which the margins hold. A bandwidth that holds up to a greater speed than the
+    settings' own, and not to the greatest, was tried: the blueboat's legs and circles in a blow were half as good again with it.
     """
-    ends, bandwidth = corners(fit), steering.model.heading_bandwidth
-    tried: list[Gains] = []
-    while bandwidth >= _LEAST_BANDWIDTH or not tried:
-        model = steering.model.model_copy(update={"heading_bandwidth": bandwidth})
-        found = _gains(vessel, ends, steering.model_copy(update={"model": model}), bandwidth, lowered=bool(tried))
-        if found.holds:
-            return found
-        tried.append(found)
-        bandwidth *= _SLOWER
-    return tried[0]
+    ends, most = corners(fit), steering.model.heading_bandwidth
+    own = found = _with_bandwidth(vessel, ends, steering, most)
+    while not found.holds and found.bandwidth * _SLOWER >= _LEAST_BANDWIDTH:
+        found = _with_bandwidth(vessel, ends, steering, found.bandwidth * _SLOWER)
+        if _blown(found, own):
+            return replace(own, blown=True)
+    return found if found.holds else own
+
+
+def _with_bandwidth(
+    vessel: VesselConfig, ends: Sequence[VesselConfig], steering: SteeringConfig, bandwidth: float
+) -> Gains:
+    lowered = bandwidth < steering.model.heading_bandwidth
+    model = steering.model.model_copy(update={"heading_bandwidth": bandwidth})
+    return _gains(vessel, ends, steering.model_copy(update={"model": model}), bandwidth, lowered=lowered)
+
+
+def _blown(slower: Gains, own: Gains) -> bool:
+    """Whether wind turns the bow too far, and farther than by the settings' own bandwidth."""
+    both = zip(slower.off_rad, own.off_rad, strict=True)
+    return any(off > max(MOST_OFF_RAD, usual) for off, usual in both)
 
 
 def _gains(
@@ -199,7 +215,13 @@ def _gains(
         best.append(LoopJudge(yaw_plant(vessel, speed), late_s).margins(kp, ki, kd))
         others = [LoopJudge(yaw_plant(end, speed), late_s).margins(kp, ki, kd) for end in ends]
         worst.append(LoopMargins(min(m.gain_db for m in others), min(m.phase_deg for m in others)))
-    return Gains(bandwidth, lowered, speeds, gains, best=tuple(best), worst=tuple(worst))
+    # where she lies she is let turn to face what pushes
+    off = (
+        max(off_rad(end, speed, kp) for end in ends)
+        for speed, (kp, _, _) in zip(speeds, gains, strict=True)
+        if speed > 0.0
+    )
+    return Gains(bandwidth, lowered, speeds, gains, best=tuple(best), worst=tuple(worst), off_rad=tuple(off))
 
 
 def changes(old: VesselConfig, new: VesselConfig, steering: SteeringConfig) -> list[tuple[str, str, str]]:

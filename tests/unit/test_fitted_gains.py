@@ -11,6 +11,8 @@ from companion.cli import main
 from companion.commands import tune_vessel
 from companion.commands.tune_vessel import margin_words
 from companion.core.hull import VesselConfig
+from companion.core.hull.blown import off_rad
+from companion.core.hull.vessel_file import WindageConfig
 from companion.core.steer import SteeringConfig
 from companion.core.steer.yaw_loop import LoopMargins
 from companion.settings import load_vessel
@@ -56,6 +58,36 @@ def test_what_is_unsure_lowers_the_bandwidth_where_that_holds():
     assert unsure.holds
     assert unsure.bandwidth <= sure.bandwidth
     assert unsure.up_to_mps == pytest.approx(unsure.speeds[-1])
+
+
+@pytest.mark.parametrize("windage", [load_vessel("otter").windage, WindageConfig()], ids=["told", "untold"])
+def test_no_bandwidth_is_told_by_which_wind_would_turn_her_away(windage):
+    """Margins held with 0.51 rad/s, and with 0.43 on a catamaran: in 8 m/s she was blown 44 m off her leg, and never done with it."""
+    vessel = load_vessel("otter").model_copy(update={"windage": windage})
+    gains = gains_for(fit_of(vessel, "m33", 0.5), vessel, SteeringConfig())
+    assert not gains.lowered
+    assert gains.blown
+    told = margin_words(gains)
+    assert "margins MISS" in told
+    assert "record more" in told
+    assert "set STEER_BW" not in told
+
+
+def test_a_bandwidth_that_bears_the_wind_is_told_as_before():
+    vessel = load_vessel("otter")
+    gains = gains_for(fit_of(vessel, "lag", 0.4), vessel, SteeringConfig())
+    assert gains.holds
+    assert gains.lowered
+    assert not gains.blown
+    assert max(gains.off_rad) < 0.2
+
+
+def test_the_slower_the_loop_the_farther_wind_turns_her():
+    vessel = load_vessel("otter")
+    fast, slow = off_rad(vessel, 1.0, 100.0), off_rad(vessel, 1.0, 25.0)
+    assert slow == pytest.approx(4.0 * fast)
+    larger = vessel.windage.model_copy(update={"lateral_m2": 3.0 * vessel.windage.lateral_m2})
+    assert off_rad(vessel.model_copy(update={"windage": larger}), 1.0, 100.0) > 2.0 * fast
 
 
 def test_a_boat_that_waves_turn_more_than_her_helm_gets_a_file_that_says_so():
