@@ -7,6 +7,7 @@ import datetime
 import importlib.util
 import math
 import sys
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -16,7 +17,7 @@ from ..core.steer import SteeringConfig
 from ..core.steer.bandwidth import GAIN_BAR_DB, PHASE_BAR_DEG
 from ..io.whole_file import write_whole
 from ..replay import ReplayError, recorded_vessel
-from ..replay.sailed_by import hull_of, moves_as, same_boat
+from ..replay.sailed_by import heading_latency_of, hull_of, moves_as, same_boat
 from ..settings import ConfigError, load_vessel
 from . import MissingExtraError, install_line
 from .outputs import may_write
@@ -89,6 +90,7 @@ def command(arguments: argparse.Namespace) -> int:
     write_whole(output, fitted.as_toml(fit, named, source, day).encode("utf-8"))
     write_whole(page, fit_page.page(fit, vessel, rows, gains=gains, seed=seed, source=source).encode("utf-8"))
     _tell(fit, rows, gains)
+    _tell_lateness(fit, [heading_latency_of(run) for run in arguments.runs])
     print(f"gains of the seed's law: {seed.words if seed else 'none on the grid hold at the worst corner'}")
     adopt = f'then name the file in the configuration: vessel = "{output}"'
     print(f"{output}, {page}: read them, {'but do not sail by them' if fitted.doubt(fit) else adopt}")
@@ -180,7 +182,6 @@ def _below(value: float) -> str:
 
 def _tell(fit: Any, rows: list[tuple[str, str, str]], gains: Any) -> None:
     from ..tuning.fitted import care, doubt, strayed
-    from ..tuning.problem import RATE_FILTER_S
     from ..tuning.several import by_run
 
     print(f"{'':40} {'before':>10} {'fitted':>10}")
@@ -200,10 +201,33 @@ def _tell(fit: Any, rows: list[tuple[str, str, str]], gains: Any) -> None:
         print(f"not told by the record, left as before: {', '.join(u.name for u in fit.untold)}")
     print(margin_words(gains))
     _tell_compass(fit)
-    for name, what, usual_s in (("heading_late", "heading", RATE_FILTER_S), ("place_late", "position", 0.0)):
-        value, sure = fit.values.get(name, 0.0) - usual_s, 2.0 * fit.spread.get(name, 1.0)
-        if value > max(sure, 0.05):
-            print(f"recorded {what} is {value:.2f} s late: consider so much more nmea.{what}_latency_s")
+
+
+def _tell_lateness(fit: Any, set_s: Sequence[float | None]) -> None:
+    """Say how late heading and position were recorded. ``set_s``: the age of headings that each run's settings reckoned with."""
+    from ..tuning.effects import heading_late_s
+
+    if text := late_heading_words(heading_late_s(fit), set_s):
+        print(text)
+    late_s, sure_s = fit.values.get("place_late", 0.0), 2.0 * fit.spread.get("place_late", 1.0)
+    if late_s > max(sure_s, 0.05):
+        print(f"recorded position is {late_s:.2f} s late: consider so much more nmea.position_latency_s")
+
+
+def late_heading_words(late_s: float, set_s: Sequence[float | None]) -> str:
+    """What to set for a heading that is recorded late, by what was set in each run; "" when it is not."""
+    from ..tuning.effects import MOST_LATE_S
+
+    if late_s <= 0.0:
+        return ""
+    known = {each for each in set_s if each is not None}
+    said = f"recorded heading is at least {late_s:.2f} s late"
+    if len(known) != 1 or None in set_s:
+        return f"{said}: nmea.heading_latency_s may be {min(late_s, MOST_LATE_S):.2f} more than it was then, at most {MOST_LATE_S:g} in all"
+    was_s = known.pop()
+    if was_s >= MOST_LATE_S:
+        return f"{said}: nmea.heading_latency_s was {was_s:g}, and more makes it worse; a quicker compass is needed"
+    return f"{said}: nmea.heading_latency_s was {was_s:g}; set {min(was_s + late_s, MOST_LATE_S):.2f}"
 
 
 def _tell_compass(fit: Any) -> None:

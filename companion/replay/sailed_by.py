@@ -5,13 +5,21 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..core.hull import VesselConfig
-from . import ReplayError, recorded_vessel
+from . import ReplayError, recorded_heading_latency_s, recorded_vessel
 
 
 def hull_of(run: Path) -> VesselConfig | None:
     """The hull file that a run was sailed by; None where that is not known: a log from elsewhere, a run without its inputs."""
     try:
-        return recorded_vessel(run.parent if run.name == "control.csv" else run)
+        return recorded_vessel(_folder(run))
+    except ReplayError:
+        return None
+
+
+def heading_latency_of(run: Path) -> float | None:
+    """The age of headings that a run's settings reckoned with, s; None where that is not known."""
+    try:
+        return recorded_heading_latency_s(_folder(run))
     except ReplayError:
         return None
 
@@ -34,3 +42,7 @@ def same_boat(one: VesselConfig, other: VesselConfig) -> bool:
 def _built(vessel: VesselConfig) -> tuple[float, ...]:
     hull, thruster = vessel.hull, vessel.thruster
     return hull.length_m, hull.m11_kg, thruster.count, thruster.lateral_m, vessel.rudder.count
+
+
+def _folder(run: Path) -> Path:
+    return run.parent if run.name == "control.csv" else run

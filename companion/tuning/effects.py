@@ -1,4 +1,5 @@
-"""What the coefficients of a fit come to for whoever sails the boat, and how surely: thrust, drag, turning, the sides, the way to rest.
+"""What the coefficients of a fit come to for whoever sails the boat, and how surely: thrust, drag, turning, the sides, the way to rest; and
+how late her compass is.
 
 A coefficient by itself is told poorly where another may stand for it (linear drag for square drag, slip for thrust); what they do together
 at a speed that the boat sails at is told much better, and is all that an operator notices.
@@ -14,8 +15,9 @@ import numpy as np
 from ..core.hull import VesselConfig
 from ..core.hull.statics import Statics
 from ..core.hull.thrust import ThrustLaw
+from .fit import Fit
 from .hull_arrays import coefficients
-from .problem import TOGETHER
+from .problem import RATE_FILTER_S, TOGETHER
 from .unknowns import FitUnknown, with_values
 
 Array = Any
@@ -25,6 +27,11 @@ THROTTLE: Final = 0.6
 _TURN_RADPS: Final = 0.3
 """A turn that any boat sails."""
 _NUDGE: Final = 1e-3
+LEAST_LATE_S: Final = 0.1
+"""Less is not told: the heading loop bears 0.15 s as it is, and a hull that slips otherwise than the model looks 0.08 s late."""
+MOST_LATE_S: Final = 0.4
+"""More is never to be set: boats are steered by compasses that are quicker, and settings that said 0.9 s of one on time made legs in a blow
+four times as wide."""
 
 
 def vessel_at(vessel: VesselConfig, unknowns: list[FitUnknown], theta: Array) -> VesselConfig:
@@ -90,3 +97,28 @@ class Blame:
         log = variance * float(way @ belief @ found)
         rest = found - log * way
         return Blame(log, variance, float(rest @ belief @ rest))
+
+
+def heading_late_s(fit: Fit) -> float:
+    """By how much the recorded heading is late at least; 0 where the record does not show it.
+
+    What shows it is the track: a heading that is told late makes sway of surge in every turn. That the turn rate comes late after the
+    commands shows nothing: thrusters that run up slowly look the same, and a rate stays late when the settings already make up for the
+    heading's age. So the fit's belief that both are late together is taken out, and only the lower end of the interval is told:
+    whoever sets it and sails again is told the rest, or nothing.
+    """
+    names = [u.name for u in (*fit.unknowns, *fit.untold)]
+    if not fit.known.get("bow_late", False):
+        return 0.0
+    bow = names.index("bow_late")
+    learnt = 1.0 - min(float(fit.covariance[bow, bow]), 1.0)
+    weight = np.zeros(len(names))
+    weight[bow] = fit.unknowns[bow].width
+    late_s = fit.values["bow_late"]
+    # of a foreign log with a sway of its own the fit takes rate and heading for two
+    if "sensor_forward" not in fit.values and "heading_late" in fit.values:
+        rate = names.index("heading_late")
+        weight[rate] = learnt * fit.unknowns[rate].width
+        late_s += learnt * (fit.values["heading_late"] - RATE_FILTER_S)
+    least_s = late_s - 2.0 * float(np.sqrt(weight @ fit.covariance @ weight))
+    return least_s if least_s > LEAST_LATE_S else 0.0
