@@ -140,12 +140,15 @@ class Settings(VehicleConfig):
     page: PageConfig = PageConfig()
 
     @model_validator(mode="after")
-    def _law_knows_the_latest_compass(self) -> Self:
-        """The law leaves margins for the heading that is latest, where nothing else is said."""
-        law, late_s = self.steering.model, max((item.nmea.heading_latency_s for item in self.sensors), default=0.0)
+    def _the_latest_compass_is_known(self) -> Self:
+        """The law leaves margins for the heading that is latest, and the estimator waits for it, where nothing else is said."""
+        late_s = max((item.nmea.heading_latency_s for item in self.sensors), default=0.0)
+        law, estimate = self.steering.model, self.estimate
         if late_s > 0.0 and "heading_late_s" not in law.model_fields_set:
             told = law.model_copy(update={"heading_late_s": late_s})
             object.__setattr__(self, "steering", self.steering.model_copy(update={"model": told}))
+        if late_s > 0.0 and "heading_late_s" not in estimate.model_fields_set:
+            object.__setattr__(self, "estimate", estimate.model_copy(update={"heading_late_s": late_s}))
         return self
 
 

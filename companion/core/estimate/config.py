@@ -22,6 +22,9 @@ class EstimatorConfig(Config):
     heading_timeout_s: float = param(
         0.5, "EST_HDG_TIMEOUT", "A heading older than this is no heading", unit="s", ge=0.1, le=5.0
     )
+    heading_late_s: float = Field(0.0, ge=0.0, le=1.0)
+    """Age of headings and turn rates when they arrive, s: their time begins to run then. Where it is not said, the greatest
+    `sensors.nmea.heading_latency_s`."""
     slow_compass_s: float = Field(2.2, ge=0.1, le=10.0)
     """A compass slower than two headings per heading_timeout_s gets two of its periods, at most this long."""
     attitude_timeout_s: float = Field(1.0, ge=0.1, le=10.0)

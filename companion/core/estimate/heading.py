@@ -85,6 +85,7 @@ class HeadingTrack:
         self.variation.configure(config)
         self._timeout_s = config.heading_timeout_s
         self._timeout_us = config.heading_timeout_s * 1e6
+        self._late_s, self._late_us = config.heading_late_s, round(config.heading_late_s * 1e6)
         self._hold_s = config.heading_hold_s
         self._offset_rad = math.radians(config.heading_offset_deg)
         sigma_rad, rate_sigma_rad = math.radians(config.heading_sigma_deg), math.radians(config.rate_sigma_dps)
@@ -105,7 +106,7 @@ class HeadingTrack:
         if self._refused_since_us is not None:
             return age_s <= self._hold_s
         # The shortest patience mostly settles it.
-        return age_s <= self._timeout_s or age_s <= self._patience_s()
+        return age_s <= self._timeout_s or age_s - self._late_s <= self._patience_s()
 
     def bridged(self, now_us: int) -> bool:
         """True with a course young enough to stand in, and from the loss of the compass to the first such course."""
@@ -113,11 +114,11 @@ class HeadingTrack:
             return now_us - self.course_us <= _COURSE_AGE_MAX_US
         if self.accepted_us is None:
             return False
-        limit_s = self._patience_s() if self._refused_since_us is None else self._hold_s
+        limit_s = self._patience_s() + self._late_s if self._refused_since_us is None else self._hold_s
         return (now_us - self.accepted_us) * 1e-6 <= limit_s + _BRIDGE_S
 
     def _patience_s(self) -> float:
-        """How old a heading may be: a compass slower than 4 Hz gets two of its periods."""
+        """How long a compass may be silent: one slower than 4 Hz gets two of its periods."""
         slow_s = min(2.0 * self._interval_s + 0.1, self.config.slow_compass_s)
         return max(self._timeout_s, slow_s)
 
@@ -128,7 +129,7 @@ class HeadingTrack:
         if span_s > _PREDICT_MAX_S:
             span_s = _PREDICT_MAX_S
         newest_us = self._rate_us if self._rate_us > self._leant_us else self._leant_us
-        if self.course_us is not None and now_us - newest_us > _RATE_AGE_MAX_US:
+        if self.course_us is not None and now_us - newest_us - self._late_us > _RATE_AGE_MAX_US:
             span_s += self._lead_s
         return wrap_pi(self.psi_rad + self.r_radps * span_s)
 
@@ -136,11 +137,11 @@ class HeadingTrack:
         """For how long there has been no news of the heading: 0 while a sensor of its own tells the turn rate, None while it is lost."""
         if not self.valid(now_us):
             return None
-        return 0.0 if now_us - self._rate_us <= _RATE_NEWS_US else (now_us - self._received_us) * 1e-6
+        return 0.0 if now_us - self._rate_us - self._late_us <= _RATE_NEWS_US else (now_us - self._received_us) * 1e-6
 
     def has_rate(self, now_us: int) -> bool:
         """Whether a sensor of its own tells the turn rate."""
-        return now_us - self._rate_us <= _RATE_AGE_MAX_US
+        return now_us - self._rate_us - self._late_us <= _RATE_AGE_MAX_US
 
     def true_heading(self, angles: EulerAngles) -> float | None:
         """The heading of one message in the vessel's frame; None when a magnetic one comes without any variation."""
@@ -217,7 +218,8 @@ class HeadingTrack:
         said = f"Heading not believed: thrust moves the boat {off_deg:.0f} deg off it (compass or thrusters wrong)"
         self._texts.append((Severity.ERROR, said))
         self._texts.append((Severity.INFO, _TRIED_AGAIN))
-        self.accepted_us, self.course_us = t_us - round((self._hold_s + _BRIDGE_S) * 1e6) - 1, None
+        lost_s = self._hold_s + self._late_s + _BRIDGE_S
+        self.accepted_us, self.course_us = t_us - round(lost_s * 1e6) - 1, None
 
     def update_rate(self, rate: AngularVelocity) -> None:
         """Take a turn rate."""
@@ -235,7 +237,7 @@ class HeadingTrack:
         """Take the turn rate that was asked for, while neither compass nor sensor tells one: the course alone comes late to steer by."""
         if self.t_us is None or self.has_rate(t_us):
             return
-        if t_us - self._received_us > self._timeout_us:
+        if t_us - self._received_us - self._late_us > self._timeout_us:
             self._unseen.see(t_us, r_radps)
         if self.course_us is None:
             return

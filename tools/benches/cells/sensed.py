@@ -33,7 +33,7 @@ class SensedState:
         config = config or SimulatedSensors(depth_hz=0.0)
         self.sensors = SensorSuite(config, random.Random(f"sensors {seed}"))
         self.sensors.faults.heading_bias_deg = heading_bias_deg
-        self.estimator = Estimator(EstimatorConfig())
+        self.estimator = Estimator(EstimatorConfig(heading_late_s=told.heading_latency_s))
         self._reader = NmeaReader(told)
         self._bow: deque[tuple[float, float]] = deque(maxlen=round(heading_late_s / TICK_S) + 1)
         # a plane is enough within the few hundred metres of a test run, and ten times faster
