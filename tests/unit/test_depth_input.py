@@ -205,6 +205,15 @@ def test_a_sounder_of_1_hz_is_not_stale_between_its_readings():
     assert slow.altitude_m(now + 5_000_001) is None
 
 
+@pytest.mark.parametrize("period_us", [400_000, 500_000, 530_000, 550_000, 700_000])
+def test_a_sounder_slower_than_its_patience_may_miss_a_reading(period_us):
+    """One of 2 Hz that lost one in fifty was told as lost each 15 s: between its readings lay 1.0 s, and 0.8 were allowed."""
+    chain = DepthInput(DepthInputConfig(), HULL)
+    now = feed(chain, [5.0] * 6, period_us=period_us)
+    assert chain.altitude_m(now + 2 * period_us) == 5.0, "one is missing, the next is heard"
+    assert chain.altitude_m(now + 5 * period_us // 2 + 1) is None
+
+
 def test_old_and_repeated_readings_change_nothing():
     chain = DepthInput(PLAIN, HULL)
     now = feed(chain, [5.0] * 6)

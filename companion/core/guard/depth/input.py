@@ -67,7 +67,7 @@ class DepthInputConfig(Config):
     stale_s: float = param(
         0.8,
         "SNDR_STALE",
-        "Depth older than this is unknown (a sounder of 1 Hz gets 2.5 of its periods)",
+        "Depth older than this is unknown (a slow sounder gets 2.5 of its periods)",
         unit="s",
         ge=0.1,
         le=30,
@@ -346,11 +346,11 @@ class DepthInput:
     def _patience_us(self, used: int) -> int:
         """How old a reading may grow: the configured time, or for a slow sounder two and a half of its periods."""
         times_us = self._times_us
-        if used < 2 or 3 * (times_us[-1] - times_us[-2]) <= 2 * self._limit_us:
+        if used < 2 or 5 * (times_us[-1] - times_us[-2]) <= 2 * self._limit_us:
             return self._limit_us
         newest = times_us[-min(used, _GAPS) :]
-        period_us = min(map(sub, newest[1:], newest))
-        return self._limit_us if 3 * period_us <= 2 * self._limit_us else min(period_us * 5 // 2, _FORGET_US)
+        period_us: int = min(map(sub, newest[1:], newest))
+        return max(self._limit_us, min(period_us * 5 // 2, _FORGET_US))
 
     def _samples_in_median(self) -> int:
         """Five for a sounder of 5 Hz or more; three, that is two of three agreeing, for a slow one."""
