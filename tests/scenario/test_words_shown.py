@@ -63,11 +63,23 @@ def test_a_boat_on_a_voyage_does_not_go_dark_and_says_that_this_is_why():
     )
 
 
-@pytest.mark.parametrize(("with_plan", "order", "number"), [(False, "Hold", HOLD), (True, "Auto", AUTO)])
-def test_a_stopped_boat_names_an_order_that_goes_on(with_plan, order, number):
+@pytest.mark.parametrize(
+    ("with_plan", "modes", "order", "number"),
+    [
+        (False, (), "Hold", HOLD),
+        (True, (), "Hold", HOLD),
+        (True, (AUTO,), "Auto", AUTO),
+        (True, (AUTO, HOLD), "Hold", HOLD),
+    ],
+)
+def test_a_stopped_boat_names_the_order_that_goes_on_with_what_she_did(with_plan, modes, order, number):
+    """One that held by order was told "order Auto to go on", and sailed the plan that her operator had stopped."""
     helm = armed()
     if with_plan:
         assert helm.upload([(3, WAYPOINT, 0.0, 0.0, 0.0, math.nan, *helm.at(60.0, 0.0), 0.0)]) == 0
+    for mode in modes:
+        assert helm.command(SET_MODE, 1.0, mode) == 0
+        helm.run(2.0)
     faults = helm.world.surroundings.plant.sensors.faults
     faults.set("no_fix", True)
     helm.run(5.0)

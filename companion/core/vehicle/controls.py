@@ -113,12 +113,12 @@ class Controls:
 
     @property
     def goes_on_with(self) -> str:
-        """The mode that an order would go on with: the one broken off, or in force; "" = none. Hold: no plan for Auto, or a sea trial."""
+        """The mode that an order would go on with: the one broken off, or in force; "" = none. Hold also without a plan, or on a trial."""
         mode, on_trial = self.interrupted or self.parts.navigator.mode, self.parts.navigator.trial is not None
-        rests = mode in (Mode.HOLD, Mode.MANUAL, Mode.AUTO) and not self.parts.mission.total
-        if on_trial or self.interrupted is Mode.HOLD or rests:
+        rests = mode in (Mode.MANUAL, Mode.AUTO) and not self.parts.mission.total
+        if on_trial or mode is Mode.HOLD or rests:
             return Mode.HOLD.value
-        return "" if mode in (Mode.HOLD, Mode.MANUAL) else mode.value
+        return "" if mode is Mode.MANUAL else mode.value
 
     def configure(self, config: VehicleConfig) -> None:
         """Take new live settings."""
