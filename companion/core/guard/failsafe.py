@@ -23,7 +23,7 @@ from .failsafe_return import broken_off, rest_us
 from .failsafe_row import Clear, Condition, Takeover
 from .failsafe_table import BY_NAME
 from .failsafe_telling import SOON_US, Done, tell, tell_back
-from .failsafe_words import BACK, until
+from .failsafe_words import BACK, TRY_AGAIN, until
 
 __all__ = [
     "Entry",
@@ -38,6 +38,7 @@ __all__ = [
     "holding",
     "judge",
     "step",
+    "stopped_for_good",
 ]
 
 
@@ -328,10 +329,21 @@ def barring(
         if _is_of_the_mode(rule):
             continue
         if entry.gone_us is None:
-            return row.text + insist
+            return row.text + (f": {TRY_AGAIN}" if row.shows_by_thrust else "") + insist
         if now_us - entry.gone_us < rule.clear_us:
             back_s = (now_us - entry.gone_us) // 1_000_000
             return f"{BACK[row.name]} for {back_s} of {rule.clear_us / 1e6:g} s{insist}"
+    return ""
+
+
+def stopped_for_good(memory: FailsafeMemory, config: FailsafeConfig) -> str:
+    """What has stopped a vessel that is not steered by hand, and no wait ends it; "" = nothing does."""
+    for rule in config.rules if memory.entries else ():
+        entry = memory.entries.get(rule.row.name)
+        if entry is None or entry.fired_us is None or entry.gone_us is not None or not rule.row.shows_by_thrust:
+            continue
+        if wanted(rule, entry) >= Action.STOP:
+            return f"{rule.row.text}: {TRY_AGAIN}"
     return ""
 
 

@@ -1,14 +1,15 @@
-"""One row of the failsafe table: when a condition holds, what happens then, how it clears, who may go on in spite of it."""
+"""A row of the failsafe table: when a condition holds, what happens, how it clears, who may go on all the same; and rows that are alike."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from operator import attrgetter
 
 from mavlink_bridge.language.messages import Action, Severity
 
-from .failsafe_flags import Flags
+from .failsafe_flags import Flags, autonomous
 
 
 class Clear(Enum):
@@ -56,5 +57,45 @@ class Condition:
     """The cause is a silent station: its order is speech and ends it; a return that an operator ordered goes on in spite of it."""
     gives_way: bool = False
     """It says that nobody steers: where the station is silent as well, it stands in no return's way."""
+    shows_by_thrust: bool = False
+    """Stopped, the vessel never shows that the cause is gone: what was found is forgotten with a disarm, and watched for anew."""
     ends_alone: bool = False
     """Its cause gone, it ends without an order where the station has been silent for so long that the vessel is to return."""
+
+
+def of_others(name: str, cause: str, severity: Severity) -> Condition:
+    """A row of the traffic watch: it warns and does no more."""
+    return Condition(
+        name, Action.WARN, cause, attrgetter(f"traffic.{name}"), clear=Clear.GONE, clear_s=5.0, severity=severity
+    )
+
+
+def of_thrusters(name: str, cause: str) -> Condition:
+    """A row of the thrusters' watch after which nothing can be sailed but by hand. Disarmed, nothing has shown that they are sound."""
+    found = attrgetter(f"thrust.{name}")
+    return Condition(
+        name,
+        Action.STOP,
+        cause,
+        found,
+        stands=lambda f: found(f) or not f.helm.armed,
+        takeover=Takeover.MANUAL,
+        shows_by_thrust=True,
+    )
+
+
+def of_place(name: str, cause: str) -> Condition:
+    """A row of what it takes to steer: it acts while the vessel steers itself, and its cause stands also while it does not."""
+    stands = attrgetter(f"place.{name}")
+    return Condition(
+        name,
+        Action.STOP,
+        cause,
+        lambda f: stands(f) and autonomous(f),
+        stands=stands,
+        clear_s=5.0,
+        takeover=Takeover.MANUAL,
+        floor=Action.STOP,
+        delay_max_s=2,
+        ends_alone=True,
+    )

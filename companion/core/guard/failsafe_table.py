@@ -14,40 +14,13 @@ from typing import Final
 from mavlink_bridge.language.messages import Action, Severity
 
 from .failsafe_flags import SILENT_S, autonomous, gcs_age, gcs_silent, radio_age, radio_silent
-from .failsafe_row import Clear, Condition, Takeover
+from .failsafe_row import Clear, Condition, Takeover, of_others, of_place, of_thrusters
 
 W, H, R, S, D, T = Action.WARN, Action.HOLD, Action.RETURN, Action.STOP, Action.DISARM, Action.TERMINATE
 OPERATOR, REARM, GONE, RESTART = Clear.OPERATOR, Clear.REARM, Clear.GONE, Clear.RESTART
 INFO = Severity.INFO
 STEADY_S: Final = 30.0
 """A station that is heard each few seconds is one bad link: told as silent once, and as heard again when it has been so for that long."""
-
-
-def _of_others(name: str, cause: str, severity: Severity) -> Condition:
-    """A row of the traffic watch: it warns and does no more."""
-    return Condition(name, W, cause, attrgetter(f"traffic.{name}"), clear=GONE, clear_s=5.0, severity=severity)
-
-
-def _of_thrusters(name: str, cause: str) -> Condition:
-    """A row of the thrusters' watch after which nothing can be sailed but by hand."""
-    return Condition(name, S, cause, attrgetter(f"thrust.{name}"), takeover=Takeover.MANUAL)
-
-
-def _of_place(name: str, cause: str) -> Condition:
-    """A row of what it takes to steer: it acts while the vessel steers itself, and its cause stands also while it does not."""
-    stands = attrgetter(f"place.{name}")
-    return Condition(
-        name,
-        S,
-        cause,
-        lambda f: stands(f) and autonomous(f),
-        stands=stands,
-        clear_s=5.0,
-        takeover=Takeover.MANUAL,
-        floor=S,
-        delay_max_s=2,
-        ends_alone=True,
-    )
 
 
 TABLE: Final[tuple[Condition, ...]] = (
@@ -97,8 +70,8 @@ TABLE: Final[tuple[Condition, ...]] = (
         floor=S,
         delay_max_s=1,
     ),
-    _of_place("position_lost", "position lost"),
-    _of_place("heading_lost", "heading lost"),
+    of_place("position_lost", "position lost"),
+    of_place("heading_lost", "heading lost"),
     Condition(
         "depth_locked",
         S,
@@ -336,8 +309,8 @@ TABLE: Final[tuple[Condition, ...]] = (
         lambda f: f.monitors.oscillating,
         clear=GONE,
     ),
-    _of_thrusters("thruster_reversed", "a thruster pushes the wrong way"),
-    _of_thrusters("thruster_alone", "this hull cannot be steered by one thruster"),
+    of_thrusters("thruster_reversed", "a thruster pushes the wrong way"),
+    of_thrusters("thruster_alone", "this hull cannot be steered by one thruster"),
     Condition(
         "thruster_weak",
         W,
@@ -346,10 +319,10 @@ TABLE: Final[tuple[Condition, ...]] = (
         clear=Clear.ACTED,
         clear_s=10.0,
     ),
-    _of_others("person_in_water", "a person's beacon sends", Severity.ALERT),
-    _of_others("traffic_close", "a vessel is close", Severity.CRITICAL),
-    _of_others("traffic_lost", "a vessel with risk is not heard", Severity.WARNING),
-    _of_others("ais_lost", "AIS is silent", Severity.WARNING),
+    of_others("person_in_water", "a person's beacon sends", Severity.ALERT),
+    of_others("traffic_close", "a vessel is close", Severity.CRITICAL),
+    of_others("traffic_lost", "a vessel with risk is not heard", Severity.WARNING),
+    of_others("ais_lost", "AIS is silent", Severity.WARNING),
     Condition(
         "depth_lost",
         W,

@@ -62,6 +62,9 @@ SHORT: Final = {**DOING, Action.NONE: "", Action.WARN: "warning", Action.TERMINA
 SHUT_OFF: Final = "Fence across the way back: {}: order a go-to round it, or change the fence"
 """Said of a return that waits before the fence; with what the vessel does meanwhile."""
 
+TRY_AGAIN: Final = "disarm and arm again to try"
+"""Said where an order is refused for what only thrust shows, and a stopped vessel gives none."""
+
 _ENDS: Final = {
     Clear.OPERATOR: ", then order {}",
     Clear.ACTED: ", then order {}",
@@ -77,6 +80,8 @@ def until(row: Condition, resume: str) -> str:
     back = BACK.get(row.name)
     if back is None:
         return ""
+    if row.shows_by_thrust:
+        back = "disarmed and armed again"
     way = _ENDS[row.clear].format(resume or "Auto")
     now = names(row.name)
     return f"until {back}{way}" + (f"; or order {now} now" if now else "")

@@ -77,6 +77,12 @@ TABLE: Final = (
     ),
     Refusal("any order to move", "the depth guard is locked", "refuses", UNLOCK),
     Refusal("Hold", "the depth guard is locked, and has stopped the vessel", "refuses; it stops sticks", UNLOCK),
+    Refusal(
+        "Hold",
+        "a thruster pushes the wrong way, or one alone cannot steer, and that has stopped the vessel",
+        "refuses; it stops sticks",
+        f"disarm and arm again; {MANUAL}",
+    ),
     Refusal("any order to move", "water depth unknown, and depth.required is set", "Return passes", REQUIRED),
     Refusal(
         "Auto, Return, go-to, orbit",

@@ -257,8 +257,10 @@ def motion_refusal(controls: Controls, now_us: int, order: Order | None = None) 
 
 
 def hold_refusal(controls: Controls, now_us: int) -> str:
-    """Return why a Hold would hold nothing: the depth lock has stopped the vessel. Sticks that still move her are stopped by it."""
-    by_hand = controls.parts.navigator.mode is Mode.MANUAL
-    if by_hand or not (controls.armed and controls.last.guarded.depth.flags.depth_locked):
+    """Return why a Hold would hold nothing: the vessel is stopped for good. Sticks that still move her are stopped by it."""
+    if controls.parts.navigator.mode is Mode.MANUAL or not controls.armed:
         return ""
-    return f"{controls.parts.guard.refusal(now_us)}; {insist.UNLOCK}"
+    if controls.last.guarded.depth.flags.depth_locked:
+        return f"{controls.parts.guard.refusal(now_us)}; {insist.UNLOCK}"
+    why = failsafe.stopped_for_good(controls.last.verdict.result.memory, controls.config.failsafe)
+    return f"{why}; {insist.MANUAL}" if why else ""

@@ -1,0 +1,55 @@
+"""What is told of a stop is what goes on: an order that is named is obeyed when it is given, and one that would do nothing is refused."""
+
+from __future__ import annotations
+
+import pytest
+
+from mavlink_bridge.language.messages import Action, Mode
+from mavlink_bridge.language.requests import Arm
+from tests.scenario.conftest import Voyage
+
+DEEP = ('world.bottom.kind="flat"', "world.bottom.depth_m=20")
+
+
+def under_way(hull: str = "otter", *, after_s: float = 20.0) -> Voyage:
+    boat = Voyage(f'vessel="{hull}"', *DEEP)
+    boat.sail(0.8, (200.0, 0.0), after_s=after_s)
+    return boat
+
+
+def stopped_by_a_thruster(hull: str) -> Voyage:
+    """One that pushed the wrong way, and is mended now."""
+    boat = under_way(hull, after_s=30.0)
+    health = boat.world.surroundings.plant.vessel.thruster_health
+    health[0] = -1.0
+    boat.until(lambda: "thruster_reversed" in boat.snapshot.causes, 60.0)
+    health[0] = 1.0
+    boat.run(10.0)
+    return boat
+
+
+@pytest.mark.parametrize("hull", ["otter", "blueboat"])
+def test_after_a_thruster_that_pushed_the_wrong_way_what_is_told_is_what_goes_on(hull):
+    """She was told to order Auto once the thrusters push as told, which a stopped boat cannot show, and Hold held nothing."""
+    boat = stopped_by_a_thruster(hull)
+    assert "Until disarmed and armed again, then order Auto" in boat.texts
+    for mode in (Mode.AUTO, Mode.RTL, Mode.HOLD):
+        why = boat.mode(mode).reason
+        assert why == "a thruster pushes the wrong way: disarm and arm again to try; Manual is obeyed"
+    assert boat.ask(Arm(arm=False)).reason == ""
+    boat.run(15.0)
+    assert not [text for text in boat.texts if "push as told" in text], "nothing has shown that"
+    assert boat.ask(Arm(arm=True)).reason == ""
+    for mode in (Mode.HOLD, Mode.AUTO):
+        assert boat.mode(mode).reason == ""
+        boat.run(4.0)
+        assert boat.snapshot.action < Action.STOP
+    assert not boat.neutral
+
+
+def test_a_hold_stops_the_sticks_though_a_thruster_has_stopped_the_boat():
+    boat = stopped_by_a_thruster("otter")
+    assert boat.mode(Mode.MANUAL).reason == ""
+    assert boat.mode(Mode.HOLD).reason == ""
+    boat.run(1.0)
+    assert boat.neutral
