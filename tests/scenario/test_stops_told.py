@@ -47,6 +47,23 @@ def test_after_a_thruster_that_pushed_the_wrong_way_what_is_told_is_what_goes_on
     assert not boat.neutral
 
 
+def test_of_two_stops_the_one_that_ends_first_names_no_order():
+    """ "Heading is back: stopped: order Auto to go on" was told, and Auto refused: "position lost"."""
+    boat = under_way()
+    boat.faults.no_fix = boat.faults.heading_silent = True
+    boat.run(6.0)
+    boat.faults.heading_silent = False
+    boat.run(20.0)
+    assert "Heading is back (stopped: position lost)" in boat.texts
+    assert not [text for text in boat.texts if "to go on" in text]
+    boat.faults.no_fix = False
+    boat.run(20.0)
+    assert "Position is back: stopped: order Auto to go on" in boat.texts
+    assert boat.mode(Mode.AUTO).reason == ""
+    boat.run(2.0)
+    assert not boat.neutral
+
+
 def test_a_hold_stops_the_sticks_though_a_thruster_has_stopped_the_boat():
     boat = stopped_by_a_thruster("otter")
     assert boat.mode(Mode.MANUAL).reason == ""

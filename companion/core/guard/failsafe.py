@@ -15,6 +15,7 @@ from mavlink_bridge.language.messages import Action, Severity
 from mavlink_bridge.language.value import value
 
 from .failsafe_alone import Ends, ended, lets_go_in_us, nobody_orders, stands
+from .failsafe_barring import bars, is_of_the_mode
 from .failsafe_config import FailsafeConfig, Override, Rule, microseconds, reached
 from .failsafe_entry import Entry, acting, clock_us, wanted
 from .failsafe_flags import Flags
@@ -97,14 +98,15 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
         moves, alone, left_us = _without_an_order(moves, alone, now_us)
         begun = Done(_NONE, nobody=True, left_us=left_us)
         entries = {rule.row.name: entry for rule, _, entry in moves if entry is not None}
-    done = _what_is_done(_worst(begun, moves, flags), entries, flags, now_us)
+    acted = tuple((rule, entry) for rule, _, entry in moves if entry is not None and entry.fired_us is not None)
+    done = replace(_what_is_done(_worst(begun, moves, flags), entries, flags, now_us), acted=acted, now_us=now_us)
     if memory.action is Action.RETURN and done.name == _FENCE.name:
         entries[_FENCE.name] = broken_off(entries[_FENCE.name], now_us)
     texts: list[tuple[Severity, str]] = []
     for rule, old, entry in moves:
         texts += tell(rule, old, entry, flags, done)
         if entry is not None and entry.gone_us is not None:
-            entries[rule.row.name], told = tell_back(rule, entries[rule.row.name], flags, now_us, done)
+            entries[rule.row.name], told = tell_back(rule, entries[rule.row.name], flags, done)
             texts += told
     causes = tuple(name for name, entry in entries.items() if entry.fired_us is not None)
     memory = FailsafeMemory(entries, required_since_us, alone, done.action)
@@ -258,7 +260,7 @@ def _stands(rule: Rule, old: Entry, flags: Flags, now_us: int) -> Entry:
     since_us = now_us if age_s is None else old.gone_us
     if age_s is not None and age_s * 1e6 < now_us - old.gone_us:
         since_us = now_us - round(age_s * 1e6)
-    return replace(old, gone_us=None, stands_us=since_us, told_back=False)
+    return replace(old, gone_us=None, stands_us=since_us, told_back=False, told_beside=False)
 
 
 def _gone(old: Entry, now_us: int) -> Entry:
@@ -309,31 +311,23 @@ def barring(
     """Why an order to sail would be undone at once: a condition that holds or stops the vessel, and that no order lifts; or "".
 
     ``by_hand`` is added where manual control goes on all the same.
-
-    What depends on the mode that the order leaves (it lets go the moment its flag falls) does not bar, nor does what disarms:
-    a mode is chosen before arming.
     """
-    for rule in config.rules if memory.entries else ():
-        row, entry = rule.row, memory.entries.get(rule.row.name)
-        if entry is None or entry.fired_us is None or row.station:
-            continue
-        insist = f"; {by_hand}" if by_hand and row.takeover is not Takeover.NEVER else ""
-        if row.takeover is Takeover.ORDER:
-            if _bars(row.name, entry, order) and wanted(rule, entry) > Action.WARN:
-                return f"{row.text}: order {names(row.name)}{insist}"
-            continue
-        if wanted(rule, entry) not in (Action.HOLD, Action.STOP):
-            continue
-        if row.clear is Clear.REARM:
-            return f"{row.text}: arm again first"
-        if _is_of_the_mode(rule):
-            continue
-        if entry.gone_us is None:
-            return row.text + (f": {TRY_AGAIN}" if row.shows_by_thrust else "") + insist
-        if now_us - entry.gone_us < rule.clear_us:
-            back_s = (now_us - entry.gone_us) // 1_000_000
-            return f"{BACK[row.name]} for {back_s} of {rule.clear_us / 1e6:g} s{insist}"
-    return ""
+    acted = [(rule, memory.entries[rule.row.name]) for rule in config.rules if rule.row.name in memory.entries]
+    barred = [(rule, entry) for rule, entry in acted if bars(rule, entry, order, now_us)]
+    if not barred:
+        return ""
+    # what no order lifts is said first: an order that is named for another would be refused for it
+    rule, entry = min(barred, key=lambda each: each[0].row.takeover is Takeover.ORDER)
+    row = rule.row
+    insist = f"; {by_hand}" if by_hand and row.takeover is not Takeover.NEVER else ""
+    if row.takeover is Takeover.ORDER:
+        return f"{row.text}: order {names(*(rule.row.name for rule, _ in barred))}{insist}"
+    if row.clear is Clear.REARM:
+        return f"{row.text}: arm again first"
+    if entry.gone_us is None:
+        return row.text + (f": {TRY_AGAIN}" if row.shows_by_thrust else "") + insist
+    back_s = (now_us - entry.gone_us) // 1_000_000
+    return f"{BACK[row.name]} for {back_s} of {rule.clear_us / 1e6:g} s{insist}"
 
 
 def stopped_for_good(memory: FailsafeMemory, config: FailsafeConfig) -> str:
@@ -351,22 +345,11 @@ def deaf_sticks(memory: FailsafeMemory, config: FailsafeConfig) -> str:
     """Until when manual control moves nothing: "until the actuator line is readable"; "" where it is obeyed."""
     for rule in config.rules if memory.entries else ():
         row, entry = rule.row, memory.entries.get(rule.row.name)
-        if entry is None or entry.fired_us is None or row.takeover is not Takeover.NEVER or _is_of_the_mode(rule):
+        if entry is None or entry.fired_us is None or row.takeover is not Takeover.NEVER or is_of_the_mode(rule):
             continue
         if wanted(rule, entry) >= Action.HOLD:
             return until(row, "")
     return ""
-
-
-def _is_of_the_mode(rule: Rule) -> bool:
-    """Whether a condition lets go the moment its flag falls, as those do that depend on the mode."""
-    return rule.row.clear is Clear.GONE and not rule.clear_us
-
-
-def _bars(name: str, entry: Entry, order: Order | None) -> bool:
-    """Whether an order is none of those that go on in spite of a standing cause. Holding is always one; a stream is no order."""
-    stands = entry.gone_us is None and not entry.taken
-    return stands and order not in (None, Order.HOLD) and not ends(name, order)
 
 
 def failsafe_table_markdown(config: FailsafeConfig | None = None) -> str:

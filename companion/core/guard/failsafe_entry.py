@@ -30,6 +30,8 @@ class Entry:
     """What earlier spells have put on that clock."""
     told_back: bool = False
     """That the cause is steadily gone, and what goes on."""
+    told_beside: bool = False
+    """The same, but for the order: another condition barred it."""
     again: int = 0
     """How many returns it has broken off, as of ``again_us``."""
     again_us: int = 0

@@ -8,6 +8,8 @@ from __future__ import annotations
 from enum import Enum
 from typing import Final
 
+from mavlink_bridge.language.messages import Mode
+
 
 class Order(Enum):
     """What a person has decided, as the failsafe tells orders apart."""
@@ -20,6 +22,23 @@ class Order(Enum):
     ARM = "arming"
     BYSTANDER_HOLD = "Hold on the page"
     """Of somebody who stands by and is no station: a return for want of a station gives way to it, and waits for one again."""
+
+
+BY_MODE: Final = {
+    Mode.MANUAL: Order.MANUAL,
+    Mode.HOLD: Order.HOLD,
+    Mode.LOITER: Order.HOLD,
+    Mode.AUTO: Order.AUTO,
+    Mode.RTL: Order.RETURN,
+    Mode.GUIDED: Order.GUIDED,
+    Mode.CIRCLE: Order.GUIDED,
+}
+"""What a person decides who orders a mode."""
+
+
+def to_resume(resume: str) -> Order:
+    """The order that a text names: a mode, with what to change first; "" = Auto."""
+    return next((order for mode, order in BY_MODE.items() if resume.startswith(mode.value)), Order.AUTO)
 
 
 _ANY_MOTION: Final = frozenset((Order.RETURN, Order.GUIDED, Order.AUTO))
@@ -53,7 +72,8 @@ _UNADVISED: Final = {"depth_shallow": (Order.AUTO,)}
 """What it does not offer for one row, obeyed all the same: the item that led onto the shoal leads onto it again."""
 
 
-def names(name: str) -> str:
-    """The orders that would go on, for a text: "Return or a go-to"."""
-    allowed, unnamed = ENDS_STANDING.get(name, frozenset()), _UNNAMED + _UNADVISED.get(name, ())
+def names(*rows: str) -> str:
+    """The orders that would go on in spite of all these causes, for a text: "Return or a go-to"."""
+    allowed = frozenset(Order).intersection(*(ENDS_STANDING.get(name, frozenset()) for name in rows))
+    unnamed = (*_UNNAMED, *(order for name in rows for order in _UNADVISED.get(name, ())))
     return " or ".join(order.value for order in Order if order in allowed and order not in unnamed)

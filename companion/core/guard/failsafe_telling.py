@@ -9,10 +9,11 @@ from typing import Final
 
 from mavlink_bridge.language.messages import Action, Severity
 
+from .failsafe_barring import Acted, Beside, beside
 from .failsafe_config import Rule
 from .failsafe_entry import Entry, acting, wanted
 from .failsafe_flags import Flags
-from .failsafe_words import BACK, DOING, SHORT, SHUT_OFF, WAYS, capital, until
+from .failsafe_words import BACK, DOING, SHORT, SHUT_OFF, WAYS, capital, named, order_named, until
 
 SOON_US: Final = 10_000_000
 """A second action is told again so long before it comes: time to press a button."""
@@ -40,6 +41,23 @@ class Done:
     """Nobody is there to order, and what can end without an order does."""
     left_us: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
     """By row: in how long it lets a return go on without an order, if its cause stays as it is."""
+
+    acted: tuple[Acted, ...] = ()
+    """All conditions that have acted."""
+    now_us: int = 0
+
+    def beside(self, rule: Rule, flags: Flags) -> Beside:
+        """What the others leave of the order that a condition's text would name."""
+        return beside(rule, self.acted, flags, named(rule.row, flags.helm.resume), self.now_us)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the cause of what the vessel does is gone: she waits for an order."""
+        return any(entry.gone_us is not None for rule, entry in self.acted if rule.row.name == self.name)
+
+    def doing(self, flags: Flags, words: Mapping[Action, str]) -> str:
+        """What the vessel does, in words."""
+        return words[self.action]
 
     def instead_of(self, action: Action) -> str:
         """In brackets, what is done instead of what a row asks: "stopped: position lost"; "" = just that is done."""
@@ -81,7 +99,7 @@ def _foretold(rule: Rule, entry: Entry, flags: Flags, done: Done) -> list[tuple[
     action = acting(rule, entry, flags)
     if action < wanted(rule, entry):
         return []
-    end = until(rule.row, flags.helm.resume)
+    end = until(rule.row, flags.helm.resume, done.beside(rule, flags))
     if done.shut_off and rule.row.name == done.name:
         return [(Severity.WARNING, SHUT_OFF.format(DOING[action]))]
     if action is done.action and rule.row.ends_alone and done.nobody:
@@ -95,33 +113,47 @@ def _foretold(rule: Rule, entry: Entry, flags: Flags, done: Done) -> list[tuple[
     return [(Severity.INFO, capital(end))] if end else []
 
 
-def tell_back(
-    rule: Rule, entry: Entry, flags: Flags, now_us: int, done: Done
-) -> tuple[Entry, list[tuple[Severity, str]]]:
-    """Say once that a cause is steadily gone, what the vessel does meanwhile, and what goes on: she by herself, or which order."""
+def tell_back(rule: Rule, entry: Entry, flags: Flags, done: Done) -> tuple[Entry, list[tuple[Severity, str]]]:
+    """Say once that a cause is steadily gone, what the vessel does meanwhile, and what goes on: she by herself, or which order.
+
+    No order is named that another condition would undo: that one's text names it, or, where it ends by itself, this one's then.
+    """
     assert entry.gone_us is not None
-    way, stands = WAYS.get(rule.row.clear), rule.row.stands
+    stands = rule.row.stands
     if stands is not None and stands(flags):
         return entry, []
-    if entry.told_back or way is None or now_us - entry.gone_us < max(rule.clear_us, STEADY_US):
+    if entry.told_back or rule.row.clear not in WAYS or done.now_us - entry.gone_us < max(rule.clear_us, STEADY_US):
         return entry, []
-    entry = replace(entry, told_back=True)
-    action = acting(rule, entry, flags)
-    if action is not wanted(rule, entry):
-        return entry, []
-    instead, back = done.instead_of(action), capital(BACK[rule.row.name])
-    if instead:
-        return entry, [(Severity.INFO, f"{back} ({instead})")]
-    if done.shut_off and rule.row.name == done.name:
-        return entry, [(Severity.WARNING, SHUT_OFF.format(DOING[action]))]
-    if rule.row.name in done.left_us:
-        in_s = _seconds(done.left_us[rule.row.name])
-        return entry, [(Severity.INFO, f"{back}: {DOING[action]}: {DOING[Action.RETURN]} in {in_s} s")]
+    if acting(rule, entry, flags) is not wanted(rule, entry):
+        return replace(entry, told_back=True), []
+    others = done.beside(rule, flags)
+    if others.barred:
+        told = replace(entry, told_back=others.names_order, told_beside=True)
+        does = done.doing(flags, SHORT)
+        return told, [] if entry.told_beside else [(Severity.INFO, f"{_back(rule)} ({does}: {others.barred})")]
+    return replace(entry, told_back=True), [_goes_on(rule, entry, flags, done)]
+
+
+def _goes_on(rule: Rule, entry: Entry, flags: Flags, done: Done) -> tuple[Severity, str]:
+    """That a cause is gone, and what goes on, where nothing stands against it."""
+    action, name, back = acting(rule, entry, flags), rule.row.name, _back(rule)
+    instead = done.instead_of(action)
+    if instead and done.action is Action.RETURN and not done.is_over:
+        return Severity.INFO, f"{back} ({instead})"
+    if done.shut_off and name == done.name:
+        return Severity.WARNING, SHUT_OFF.format(DOING[action])
+    if name in done.left_us:
+        in_s = _seconds(done.left_us[name])
+        return Severity.INFO, f"{back}: {DOING[action]}: {DOING[Action.RETURN]} in {in_s} s"
     clock = ""
     if rule.then_us is not None and not entry.escalated:
         clock = f"clock stopped at {entry.stood_us // 1_000_000} of {rule.then_us / 1e6:g} s, "
-    order = way.format(flags.helm.resume or "Auto")
-    return entry, [(Severity.INFO, f"{back}: {clock}{DOING[action]}: {order} to go on")]
+    order = WAYS[rule.row.clear].format(order_named(flags.helm.resume, done.beside(rule, flags)))
+    return Severity.INFO, f"{back}: {clock}{done.doing(flags, DOING)}: {order} to go on"
+
+
+def _back(rule: Rule) -> str:
+    return capital(BACK[rule.row.name])
 
 
 def _seconds(left_us: int) -> int:

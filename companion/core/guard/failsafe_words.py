@@ -6,8 +6,9 @@ from typing import Final
 
 from mavlink_bridge.language.messages import Action
 
-from .failsafe_orders import names
-from .failsafe_row import Clear, Condition
+from .failsafe_barring import NOTHING, Beside
+from .failsafe_orders import Order, names, to_resume
+from .failsafe_row import Clear, Condition, Takeover
 
 BACK: Final = {
     "emergency_stop": "the emergency stop is released",
@@ -73,8 +74,11 @@ _ENDS: Final = {
 }
 
 
-def until(row: Condition, resume: str) -> str:
-    """Say how a condition ends: "until position is back, then order Auto"; "" for one that only warns and ends by itself."""
+def until(row: Condition, resume: str, others: Beside = NOTHING) -> str:
+    """Say how a condition ends: "until position is back, then order Auto"; "" for one that only warns and ends by itself.
+
+    No order is named that ``others`` would undo.
+    """
     if row.clear is Clear.RESTART:
         return "until the program is started again"
     back = BACK.get(row.name)
@@ -82,9 +86,21 @@ def until(row: Condition, resume: str) -> str:
         return ""
     if row.shows_by_thrust:
         back = "disarmed and armed again"
-    way = _ENDS[row.clear].format(resume or "Auto")
-    now = names(row.name)
+    if others.barred and row.clear in WAYS:
+        return f"until {back} (also: {others.barred})"
+    way = _ENDS[row.clear].format(order_named(resume, others))
+    now = names(row.name, *others.rows) if row.takeover is Takeover.ORDER else ""
     return f"until {back}{way}" + (f"; or order {now} now" if now else "")
+
+
+def named(row: Condition, resume: str) -> Order | None:
+    """The order that a condition's text would name; None: only to arm."""
+    return None if row.clear is Clear.REARM else to_resume(resume)
+
+
+def order_named(resume: str, others: Beside) -> str:
+    """The order that goes on: what was broken off, or what other conditions that stand let through."""
+    return (others.is_order_lost and names(*others.rows)) or resume or "Auto"
 
 
 def capital(text: str) -> str:

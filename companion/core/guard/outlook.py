@@ -6,10 +6,11 @@ from mavlink_bridge.language.messages import Action
 from mavlink_bridge.language.snapshot import Outlook
 
 from .failsafe import FailsafeMemory
+from .failsafe_barring import NOTHING, beside
 from .failsafe_config import FailsafeConfig
 from .failsafe_entry import acting, clock_us
 from .failsafe_flags import Flags
-from .failsafe_words import SHORT, until
+from .failsafe_words import SHORT, named, until
 
 
 def outlook(
@@ -19,15 +20,17 @@ def outlook(
 
     ``done``: what the vessel does; of a condition that asks for something else nothing is said to be done. None = what each asks.
     """
-    found = []
-    for rule in config.rules if memory.entries else ():
-        entry = memory.entries.get(rule.row.name)
-        if entry is None or entry.fired_us is None:
-            continue
+    found, entries = [], memory.entries
+    acted = [
+        (rule, entry) for rule in config.rules if (entry := entries.get(rule.row.name)) and entry.fired_us is not None
+    ]
+    for rule, entry in acted:
         action = acting(rule, entry, flags)
         is_done = done is None or action in (Action.WARN, done)
         grows = rule.then_us is not None and not (entry.escalated or entry.taken) and action is rule.action
         left_s = (rule.then_us - clock_us(entry, now_us)) * 1e-6 if grows and rule.then_us is not None else None
+        order = named(rule.row, flags.helm.resume)
+        others = beside(rule, acted, flags, order, now_us) if len(acted) > 1 else NOTHING
         found.append(
             Outlook(
                 name=rule.row.name,
@@ -36,7 +39,7 @@ def outlook(
                 next_action=rule.then_action if grows else Action.NONE,
                 next_in_s=left_s,
                 runs=entry.gone_us is None,
-                until=until(rule.row, flags.helm.resume),
+                until=until(rule.row, flags.helm.resume, others),
             )
         )
     return tuple(found)

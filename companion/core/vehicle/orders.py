@@ -46,7 +46,7 @@ from mavlink_bridge.language.trials import SeaTrial, TrialOrder
 from mavlink_bridge.language.units import clamp
 
 from ..guard.failsafe import deaf_sticks
-from ..guard.failsafe_orders import Order
+from ..guard.failsafe_orders import BY_MODE, Order
 from ..hull.statics import throttle_to_speed, top_speed_mps
 from . import insist
 from .arming import LeftOrder
@@ -302,7 +302,7 @@ def order_of(body: RequestBody) -> Order | None:
         return None
     match body:
         case SetMode():
-            return _BY_MODE[body.mode]
+            return BY_MODE[body.mode]
         case PausePlan():
             return Order.HOLD if body.pause else Order.AUTO
         case StartPlan():
@@ -310,16 +310,6 @@ def order_of(body: RequestBody) -> Order | None:
         case _:
             return Order.HOLD if body.nature.stops else Order.GUIDED
 
-
-_BY_MODE: Final = {
-    Mode.MANUAL: Order.MANUAL,
-    Mode.HOLD: Order.HOLD,
-    Mode.LOITER: Order.HOLD,
-    Mode.AUTO: Order.AUTO,
-    Mode.RTL: Order.RETURN,
-    Mode.GUIDED: Order.GUIDED,
-    Mode.CIRCLE: Order.GUIDED,
-}
 
 _METHODS: Final[dict[type, Callable[[Orders, Any, Station | None, int], Reply]]] = {
     Arm: Orders.arm,
