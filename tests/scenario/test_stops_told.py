@@ -70,3 +70,20 @@ def test_a_hold_stops_the_sticks_though_a_thruster_has_stopped_the_boat():
     assert boat.mode(Mode.HOLD).reason == ""
     boat.run(1.0)
     assert boat.neutral
+
+
+@pytest.mark.parametrize(("fault", "name"), [("heading_silent", "Heading"), ("no_fix", "Position")])
+def test_a_boat_that_was_disarmed_meanwhile_is_told_so(fault, name):
+    """She was told "stopped: order Auto to go on", and Auto, accepted, moved nothing."""
+    boat = under_way()
+    setattr(boat.faults, fault, True)
+    boat.run(5.0)
+    assert boat.ask(Arm(arm=False)).reason == ""
+    boat.run(3.0)
+    setattr(boat.faults, fault, False)
+    boat.run(20.0)
+    assert f"{name} is back: disarmed: arm, then order Auto to go on" in boat.texts
+    assert boat.ask(Arm(arm=True)).reason == ""
+    assert boat.mode(Mode.AUTO).reason == ""
+    boat.run(2.0)
+    assert not boat.neutral

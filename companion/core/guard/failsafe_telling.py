@@ -13,6 +13,7 @@ from .failsafe_barring import Acted, Beside, beside
 from .failsafe_config import Rule
 from .failsafe_entry import Entry, acting, wanted
 from .failsafe_flags import Flags
+from .failsafe_row import Clear
 from .failsafe_words import BACK, DOING, SHORT, SHUT_OFF, WAYS, capital, named, order_named, until
 
 SOON_US: Final = 10_000_000
@@ -57,7 +58,7 @@ class Done:
 
     def doing(self, flags: Flags, words: Mapping[Action, str]) -> str:
         """What the vessel does, in words."""
-        return words[self.action]
+        return words[self.action if flags.helm.armed else Action.DISARM]
 
     def instead_of(self, action: Action) -> str:
         """In brackets, what is done instead of what a row asks: "stopped: position lost"; "" = just that is done."""
@@ -149,6 +150,8 @@ def _goes_on(rule: Rule, entry: Entry, flags: Flags, done: Done) -> tuple[Severi
     if rule.then_us is not None and not entry.escalated:
         clock = f"clock stopped at {entry.stood_us // 1_000_000} of {rule.then_us / 1e6:g} s, "
     order = WAYS[rule.row.clear].format(order_named(flags.helm.resume, done.beside(rule, flags)))
+    if not flags.helm.armed and rule.row.clear is not Clear.REARM:
+        order = f"arm, then {order}"
     return Severity.INFO, f"{back}: {clock}{done.doing(flags, DOING)}: {order} to go on"
 
 
