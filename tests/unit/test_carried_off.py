@@ -34,6 +34,22 @@ def test_it_is_told_at_ten_metres_and_at_each_doubling():
     assert told[0][1] == "carried 10 m off its point; it goes on trying"
 
 
+@pytest.mark.parametrize(("leap_m", "seconds"), [(15.0, 1.5), (19.0, 8.0)])
+def test_a_position_that_leaps_is_no_boat_that_is_carried(leap_m, seconds):
+    """Told 0.8 s later as "carried 16 m off its point": no boat goes so far in a second."""
+    run = Case(load_vessel("otter"), WATERS["0.5 m/s + 8 m/s"], source=SensedState).loop()
+    run.place(0.0, 0.0, math.pi, 0.0)
+    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Hover()))
+    texts = []
+    while run.t_s < 60.0:
+        run.source.sensors.faults.jump_north_m = leap_m if 30.0 <= run.t_s < 30.0 + seconds else 0.0
+        run.tick(1.0)
+        texts += [text for _, text in run.guidance.drain_texts()]
+    assert not any(text.startswith("carried") for text in texts)
+    (told,) = [text for text in texts if text.startswith("position leapt to")]
+    assert "look at the receiver" in told
+
+
 def test_a_boat_that_holds_its_point_has_nothing_to_say():
     assert carried(1.0, 120.0)[0] == []
 

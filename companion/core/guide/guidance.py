@@ -284,7 +284,7 @@ class Guidance:
                 desired, _, _ = self.follower.step(dt_s, state, way_round, self._alone.turning_mps, None)
         distance = self._station.distance_m(state)
         near = distance < self._acceptance_m
-        self._warn(self._carried.step(distance, near=near, turns_at_rest=self._alone is None))
+        self._warn(self._carried.step(dt_s, distance, state.sog_mps, near=near, turns_at_rest=self._alone is None))
         self._on_path = self._on_path or near
         self._holds = self._on_path or distance < self._station.reach_m
         maneuver = self._maneuver
