@@ -117,6 +117,18 @@ def test_one_thruster_and_rudders_stay_near_a_point():
     assert worst_of_a_stay("otter", 110.0) <= 40.0
 
 
+def test_a_hull_that_one_thruster_cannot_steer_circles_nothing():
+    """In the tick of her stop she told "circling the point at 36 m": without rudders she drifts."""
+    run = Case(HULLS["blueboat"], BLOW, source=SensedState).loop()
+    run.place(0.0, 0.0, 0.0, 0.0)
+    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Hover()))
+    while run.t_s < 30.0:
+        run.tick(1.0)
+    run.guidance.thrusters((1.0, 0.0))
+    run.tick(1.0)
+    assert run.guidance.drain_texts() == ()
+
+
 def test_a_turn_against_thruster_and_wind_is_made_the_other_way_round():
     """The short way round her circle the boat came to lie on one heading, full rudder against it, and sailed 140 m away."""
     assert worst_of_a_stay("otter", 250.0, side=0, seed=3) <= 40.0

@@ -59,6 +59,7 @@ class Alone:
     def __init__(self, vessel: VesselConfig, shares: Shares) -> None:
         """``shares``: what port and starboard thruster give of what they are told."""
         speeds = straight_mps(vessel, shares)
+        self._steers = speeds is not None
         self.least_mps, self.most_mps = speeds or (0.0, 0.0)
         """Steady speeds through the water at which rudders hold it straight."""
         self.sense = -1 if shares[0] < shares[1] else 1
@@ -81,9 +82,12 @@ class Alone:
         self._round, self._is_led = None, False
 
     def way_round(self, state: EstimatedState, point: NorthEast, tightest_m: float) -> tuple[Chain | None, str]:
-        """Return the circle to sail about the point, None where nothing pushes or it can lie; and what to tell when it begins."""
+        """Return the circle to sail about the point, None where nothing pushes or it can lie; and what to tell when it begins.
+
+        None, too, for a hull that cannot be steered by one thruster: she is stopped, and drifts.
+        """
         drift_mps = math.hypot(state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
-        if self._whole or drift_mps <= (_CALM_MPS if self._round is None else 0.5 * _CALM_MPS):
+        if self._whole or not self._steers or drift_mps <= (_CALM_MPS if self._round is None else 0.5 * _CALM_MPS):
             self._round = None
         elif self._round is None:
             radius_m = max(_ROUND_M, tightest_m)
