@@ -13,7 +13,7 @@ from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState
 from sitl.plant import SimVessel, Water, WaterConfig
 from sitl.plant.library import load_vessel
 from tools.benches.cells.control_loop import TICK_S, IdealState
-from tools.benches.cells.foreign_hulls import lopsided, single_screw
+from tools.benches.cells.foreign_hulls import bare, lopsided, single_screw
 
 OTTER = load_vessel("otter")
 BOUNDS = Bounds(least=(1.0, 1.0), first=(100.0, 100.0), most=(500.0, 500.0), lever_m=0.4)
@@ -182,6 +182,15 @@ def test_a_boat_of_one_thruster_is_judged_too():
         assert found is not None
         assert found[1] is cause
         assert 0.0 < found[0] <= 15.0
+
+
+def test_two_thrusters_that_are_dead_are_told_as_both():
+    """Told as one of them that pushes against what it is told: look at its wiring."""
+    for vessel in (OTTER, BARE):
+        found = sailed(vessel, dead)
+        assert found is not None
+        assert found[1] is Cause.SLIP
+    assert words(Cause.SLIP).startswith("Suspected: both thrusters give little or nothing")
 
 
 def test_a_single_thruster_that_turns_the_other_way_has_its_own_words():

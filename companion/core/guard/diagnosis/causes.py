@@ -49,7 +49,7 @@ def _found(cause: Cause) -> str:
         case Cause.SWAPPED:
             found = "thrusters changed over"
         case Cause.SLIP:
-            found = "thrusters slip, or the boat is held (weed, a tow, aground)"
+            found = "both thrusters give little or nothing, or the boat is held (weed, a tow, aground)"
         case Cause.RUDDERS_STILL:
             found = "rudders stuck or free"
         case Cause.RUDDERS_REVERSED:

@@ -76,6 +76,7 @@ def _of_two(vessel: VesselConfig) -> list[Suspect]:
         Suspect(Cause.PORT_REVERSED, partial(_port_reversed, astern)),
         Suspect(Cause.STARBOARD_REVERSED, partial(_starboard_reversed, astern)),
         Suspect(Cause.SLIP, partial(_share, _SLIP, _SLIP)),
+        Suspect(Cause.SLIP, partial(_share, 0.0, 0.0)),
         Suspect(Cause.SWAPPED, partial(_swapped, vessel.thruster.starboard_share)),
     ]
 
