@@ -1,5 +1,6 @@
 """What the hull's motion tells of thrusters and rudders, part by part: the weather, the weighing, and what the watch makes of it."""
 
+import math
 import random
 from dataclasses import replace
 
@@ -9,6 +10,8 @@ from companion.core.guard.diagnosis.suspects import Acting, suspects
 from companion.core.guard.diagnosis.weather import Bounds, Weather
 from companion.core.guard.diagnosis.weighing import Weighing
 from companion.core.guard.propulsion import PropulsionWatch
+from companion.core.hull.actuator_model import ActuatorModel
+from companion.core.hull.statics import Statics
 from mavlink_bridge.language.messages import ActuatorOutput, EstimatedState
 from sitl.plant import SimVessel, Water, WaterConfig
 from sitl.plant.library import load_vessel
@@ -143,6 +146,39 @@ def test_one_that_is_weak_explains_all_the_rest():
     for _ in range(round(20.0 / TICK_S)):  # the other way now, as if starboard gave nothing
         watch.step(TICK_S, SLOW, replace(HALF, rudder_port_rad=-0.3, rudder_starboard_rad=-0.3))
     assert watch.weak == (True, False)
+
+
+LEGS = [0.0, 90.0, 180.0, 270.0, 0.0]
+BARE = bare("otter", 0.5)
+
+
+def worn_in(commands_of_leg, legs=LEGS, leg_s=40.0):
+    """Straight legs at the speed that the thrust makes, whatever the thrusts turn her by: all else has got used to what is wrong."""
+    watch, actuators, statics = PropulsionWatch(BARE), ActuatorModel(BARE), Statics(BARE)
+    state = replace(SLOW, u_mps=1.0)
+    for leg, heading_deg in enumerate(legs):
+        port, starboard = commands_of_leg(leg)
+        sent = replace(HALF, thruster_port=port, thruster_starboard=starboard)
+        for _ in range(round(leg_s / TICK_S)):
+            actuators.step(TICK_S, sent, state.u_mps)
+            u_mps = statics.speed_for_thrust(actuators.port_n + actuators.starboard_n)
+            state = replace(state, psi_rad=math.radians(heading_deg), u_mps=u_mps)
+            watch.step(TICK_S, state, sent, frozenset())
+    return watch
+
+
+def test_a_propeller_that_fouls_slowly_is_found():
+    """What it lost was taken for wind and current, and the boat left her track by 20 m without a word of the thruster."""
+    assert worn_in(lambda leg: (0.9, 0.35)).weak == (True, False)
+    assert worn_in(lambda leg: (0.35, 0.9)).weak == (False, True)
+
+
+def test_wind_that_turns_the_hull_is_no_propeller_that_fouls():
+    assert worn_in(lambda leg: (0.9, 0.35) if leg % 2 else (0.35, 0.9)).weak == (False, False)
+
+
+def test_on_one_straight_leg_wind_and_a_slow_loss_look_the_same():
+    assert worn_in(lambda leg: (0.9, 0.35), legs=[0.0] * 5).weak == (False, False)
 
 
 # ---- boats of one thruster, and of two unlike ones

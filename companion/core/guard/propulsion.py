@@ -21,6 +21,7 @@ from ..hull.left import WHOLE, Shares, straight_mps
 from ..hull.statics import Statics
 from .diagnosis import GALE_MPS, Cause
 from .diagnosis.late_heading import LateHeading
+from .diagnosis.slow_loss import SlowLoss
 from .diagnosis.wrong_way import WrongWay
 
 _TAU_S: Final = 2.5
@@ -73,6 +74,8 @@ _SIDES: Final = (
     (Cause.STARBOARD_WEAK, Cause.STARBOARD_REVERSED),
 )
 """What the diagnosis calls it: gives little, and pushes the wrong way."""
+_HELM: Final = frozenset({Cause.RUDDERS_STILL, Cause.RUDDERS_REVERSED})
+"""Rudders that were told of leave a moment that lasts, too."""
 _SMALL_NM: Final = 1.0
 """Below this a hull's moment is lost in the noise of any gyro or compass."""
 _USUAL_S: Final = 30.0
@@ -111,6 +114,7 @@ class PropulsionWatch:
         gale_nm = 0.6125 * wind.cn * wind.lateral_m2 * hull.length_m * GALE_MPS * GALE_MPS
         self._least_nm = max(_SMALL_NM, 0.1 * self._lateral_m * vessel.thruster.ahead_n)
         self._clear_nm = self._most_nm = max(self._least_nm, _CLEAR * gale_nm)
+        self._slow_loss = SlowLoss(gale_nm, self._least_nm)
         side_nm = self._lateral_m * vessel.thruster.ahead_n
         self._gusts_nm = max(self._clear_nm, min(_GUSTS * _GUSTS * self._clear_nm, _ASKED * side_nm))
         self.on_trial = False
@@ -129,6 +133,9 @@ class PropulsionWatch:
         self._smooth: list[float] | None = None
         self._held_s, self._given_s = [0.0, 0.0], [0.0, 0.0]
         self._fit = [(0.0, 0.0), (0.0, 0.0)]
+        self._slow_loss.forget()
+        self._lost_s = [0.0, 0.0]
+        """For so long nothing but a loss of this side has explained what was missing for minutes."""
         self._slow_s = [math.inf, math.inf]
         self._usual_nm = self._known_s = 0.0
         self._opinion: frozenset[Cause] | None = None
@@ -215,6 +222,7 @@ class PropulsionWatch:
         lost_n = smooth[4] - self._m11 * (u - smooth[5]) / _TAU_S
         self._lies = -_STILL_MPS < u < _STILL_MPS
         self._most_nm = self._gusts_nm if self._lies else self._clear_nm
+        self._note_slow_loss(dt_s, psi, missing_nm)
         self._judge(dt_s, missing_nm, lost_n)
         if not any(self.weak):  # a helm is judged with thrusters that push
             self._judge_helm(dt_s, missing_nm)
@@ -262,6 +270,22 @@ class PropulsionWatch:
             self.weak = weak_now
             self._set_shares()
 
+    def _note_slow_loss(self, dt_s: float, psi_rad: float, missing_nm: float) -> None:
+        """Weed that gathers slowly; once a thruster is weak its own fit goes on."""
+        smooth, slow = self._smooth, self._slow_loss
+        assert smooth is not None
+        if any(self.weak):
+            slow.forget()
+            self._lost_s = [0.0, 0.0]
+            return
+        slow.step(dt_s, psi_rad, (smooth[7], smooth[8]), missing_nm)
+        for side, lost in enumerate(slow.lost):
+            self._lost_s[side] = self._lost_s[side] + dt_s if lost else 0.0
+            if self._lost_s[side] > self._for_s:
+                told = _SHARE_TAU_S * smooth[7 + side] * smooth[7 + side]
+                self._fit[side] = (told, lost * told)
+                self._given_s[side] = 0.0
+
     def _judge_helm(self, dt_s: float, missing_nm: float) -> None:
         smooth, patience = self._smooth, _ON_TRIAL if self.on_trial else 1.0
         assert smooth is not None
@@ -279,7 +303,7 @@ class PropulsionWatch:
 
     def _asked(self, side: int, dt_s: float, missing_nm: float, brings_nm: float) -> None:
         """Thrust was asked of this side: fit the share of its moment that is missing, and how long it has been there again."""
-        if not self.weak[side] and self._held_s[side] <= dt_s and not self._sure_s[side]:
+        if not (self.weak[side] or self._held_s[side] > dt_s or self._sure_s[side] or self._lost_s[side]):
             self._fit[side] = (0.0, 0.0)
         told, both = self._fit[side]
         keep = 1.0 - dt_s / _SHARE_TAU_S
@@ -307,6 +331,9 @@ class PropulsionWatch:
         is_explained = self.weak[1 - side] or self.helm_mirrored
         for_s = self._for_s
         is_sure = self._sure_s[side] > for_s and self._left(side) < 1.0 - _SHARE
+        if self._lost_s[side] > for_s:  # the weighing got used to it: what holds nothing for possible is no witness
+            is_helm = not self._told.isdisjoint(_HELM)
+            return not (is_explained or is_helm) and (not self._opinion or self._may_be(*_SIDES[side]))
         is_found = self._held_s[side] > for_s or is_sure
         return is_found and not is_explained and self._may_be(*_SIDES[side])
 
