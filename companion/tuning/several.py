@@ -12,7 +12,8 @@ from typing import Any, Final, Protocol
 import numpy as np
 
 from .hull_arrays import STEP_S
-from .voyages import Stretch, Tell
+from .tables import Tell
+from .voyages import Stretch
 
 Array = Any
 

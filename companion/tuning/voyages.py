@@ -8,9 +8,8 @@ for the hull's. Where a record holds neither fixes nor sway, sway is a differenc
 
 from __future__ import annotations
 
-import csv
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -20,9 +19,9 @@ import numpy as np
 from mavlink_bridge.language.geodesy import metres_per_radian
 
 from .hull_arrays import STEP_S
+from .tables import Tell, columns_of, header_of
 
 Array = Any
-Tell = Callable[[str], None]
 
 _LOST_S: Final = 0.7
 """A record that is silent for longer goes on as another stretch."""
@@ -42,8 +41,6 @@ _SPIKES: Final = 0.01
 _PULSES_US: Final = (700.0, 2300.0)
 _PERCENT: Final = (10.0, 110.0)
 _CLOCKS: Final = {"ms": 1e3, "us": 1e6, "ns": 1e9}
-_OTHER_SEPARATORS: Final = {";": "semicolons", "\t": "tabs"}
-"""What spreadsheets part columns by where a comma parts the decimals."""
 _OFTEN_S: Final = 0.004
 """No logger of a boat writes oftener: a shorter period is not what a unit of time is guessed by."""
 SMOOTH_STEPS: Final = 21
@@ -135,7 +132,7 @@ def read_voyage(path: Path, columns: Mapping[str, Column] | None = None, tell: T
     ``tell`` is called with what whoever recorded it should know.
     """
     file = path / "control.csv" if path.is_dir() else path
-    table, names = _table(file, tell)
+    names = header_of(file)
     chosen = dict(columns) if columns else {k: column for k, column in RUN_COLUMNS.items() if column.name in names}
     missing = [meaning for meaning in _NEEDED if meaning not in chosen]
     absent = [column.name for column in chosen.values() if column.name not in names]
@@ -144,7 +141,8 @@ def read_voyage(path: Path, columns: Mapping[str, Column] | None = None, tell: T
         raise ValueError(
             f"{what}; its columns are {', '.join(names)}; name them with --columns time=COLUMN heading=COLUMN ..."
         )
-    values = {meaning: _numbers(table[column.name], column) for meaning, column in chosen.items()}
+    table = columns_of(file, sorted({column.name for column in chosen.values()}), tell)
+    values = {meaning: (table[column.name] - column.zero) / column.scale for meaning, column in chosen.items()}
     for name in (command for command in _COMMANDS if command in values):
         values[name] = _in_range(name, values[name], chosen[name], tell)
     found = _stretches(str(path), values, tell)
@@ -213,31 +211,6 @@ def _unit(period_s: float, time: Column) -> str:
         if _OFTEN_S <= period_s / scale <= _SELDOM_S:
             return f"; is {time.name} in {unit}? then --columns time={time.name},{time.zero:g},{scale * time.scale:g}"
     return ""
-
-
-def _table(file: Path, tell: Tell) -> tuple[dict[str, list[str]], list[str]]:
-    with file.open(newline="", encoding="utf-8-sig") as opened:
-        rows = csv.reader(opened)
-        names = next(rows, [])
-        if len(names) == 1 and (by := next((each for each in _OTHER_SEPARATORS if each in names[0]), "")):
-            raise ValueError(f"its columns are parted by {_OTHER_SEPARATORS[by]}: write commas, and points in numbers")
-        told = [row for row in rows if row]
-    kept = [row[: len(names)] for row in told if len(row) >= len(names) and not any(row[len(names) :])]
-    if told and not kept:
-        raise ValueError(f"its header names {len(names)} columns, and no row has so many ({len(told[0])} in the first)")
-    if len(kept) < len(told):
-        tell(f"rows left out for another number of cells than the header has: {len(told) - len(kept)} of {len(told)}")
-    return {name: [row[k] for row in kept] for k, name in enumerate(names)}, names
-
-
-def _numbers(texts: Sequence[str], column: Column) -> Array:
-    def number(text: str) -> float:
-        try:
-            return float(text)
-        except ValueError:
-            return math.nan
-
-    return (np.array([number(text) for text in texts]) - column.zero) / column.scale
 
 
 def _held(value: Array) -> Array:

@@ -215,6 +215,47 @@ def test_rows_of_another_length_are_told_and_all_of_them_refused(tmp_path):
     assert refused(tmp_path / "more.csv") == "its header names 9 columns, and no row has so many (10 in the first)"
 
 
+def spoilt(file, at, spoil):
+    """A file whose card has lost some bytes, as many as ``spoil`` holds."""
+    whole = file.read_bytes()
+    file.write_bytes(whole[:at] + spoil + whole[at + len(spoil) :])
+    return file
+
+
+@pytest.mark.parametrize(
+    "spoil", [b"\x80", b'"', b"\x00" * 40, bytes(range(128, 256)), b"\xff" * 200_000, b"\x00" * 200_000]
+)
+def test_bytes_that_a_card_has_lost_cost_their_rows_alone(tmp_path, spoil):
+    """One of them made the whole voyage useless: "'utf-8' codec can't decode byte 0x80"."""
+    rows, told = rows_of(1200.0), []
+    (whole,) = read_voyage(written(tmp_path / "whole.csv", rows), COLUMNS)
+    file = spoilt(written(tmp_path / "log.csv", rows), 20_000, spoil)
+    left = read_voyage(file, COLUMNS, told.append)
+    per_row = file.stat().st_size / len(rows)
+    lost_s = PERIOD_S * (len(spoil) / per_row + 4.0)
+    assert whole.seconds - lost_s < math.fsum(stretch.seconds for stretch in left) <= whole.seconds
+    for stretch in left:
+        assert np.nanmax(np.abs(stretch.surge)) <= whole.surge.max() + 1e-9
+    assert len(told) >= 1
+
+
+def test_a_byte_that_is_lost_in_another_column_costs_nothing(tmp_path):
+    rows, told = rows_of(60.0), []
+    for row in rows:
+        row["lat"] = "somewhere"
+    (whole,) = read_voyage(written(tmp_path / "log.csv", rows), COLUMNS, told.append)
+    text = (tmp_path / "log.csv").read_bytes()
+    (left,) = read_voyage(spoilt(tmp_path / "log.csv", text.index(b"somewhere", 2000), b"\x80"), COLUMNS, told.append)
+    np.testing.assert_array_equal(left.psi_rad, whole.psi_rad)
+    assert told == []
+
+
+def test_a_file_of_another_encoding_is_named(tmp_path):
+    file = written(tmp_path / "log.csv", rows_of(60.0))
+    file.write_bytes(file.read_text(encoding="utf-8").encode("utf-16"))
+    assert refused(file) == "its first line is no text in UTF-8: save it as CSV, UTF-8"
+
+
 def test_an_empty_column_and_a_vessel_that_never_sailed_are_named(tmp_path):
     rows = rows_of(60.0)
     empty = written(tmp_path / "empty.csv", rows, sway=lambda k, x: "")
