@@ -17,7 +17,7 @@ from ..core.steer import SteeringConfig
 from ..core.steer.bandwidth import GAIN_BAR_DB, PHASE_BAR_DEG
 from ..io.whole_file import write_whole
 from ..replay import ReplayError, recorded_vessel
-from ..replay.sailed_by import heading_latency_of, hull_of, moves_as, same_boat
+from ..replay.sailed_by import folder_of, heading_latency_of, hull_of, moves_as, same_boat
 from ..settings import ConfigError, load_vessel
 from . import MissingExtraError, install_line
 from .outputs import may_write
@@ -92,9 +92,13 @@ def command(arguments: argparse.Namespace) -> int:
     _tell(fit, rows, gains)
     _tell_lateness(fit, [heading_latency_of(run) for run in arguments.runs])
     print(f"gains of the seed's law: {seed.words if seed else 'none on the grid hold at the worst corner'}")
-    adopt = f'then name the file in the configuration: vessel = "{output}"'
-    print(f"{output}, {page}: read them, {'but do not sail by them' if fitted.doubt(fit) else adopt}")
+    print(f"{output}, {page}: read them, {'but do not sail by them' if fitted.doubt(fit) else adopt_words(output)}")
     return 0
+
+
+def adopt_words(output: Path) -> str:
+    """How a file is adopted: found from every folder, and by the service, which sees nobody's home."""
+    return f'then copy {output.name} beside the configuration and name it there: vessel = "CONFIG_DIR/{output.name}"'
 
 
 def _plain(name: str) -> str:
@@ -104,10 +108,11 @@ def _plain(name: str) -> str:
 
 def _sailed_by(run: Path) -> VesselConfig:
     """The hull in a run's own recording. Raises ConfigError where there is none: a fit from another boat's file finds that boat."""
-    if run.is_file():
+    folder = folder_of(run)
+    if folder.is_file():
         raise ConfigError("--vessel", [f"name the file to start from; {run} is a table, and does not say who sailed"])
     try:
-        return recorded_vessel(run)
+        return recorded_vessel(folder)
     except ReplayError as error:
         raise ConfigError(
             "--vessel", [f"name the file that {run} was sailed by; it does not hold it: {error}"]

@@ -8,10 +8,16 @@ from ..core.hull import VesselConfig
 from . import ReplayError, recorded_heading_latency_s, recorded_vessel
 
 
+def folder_of(run: Path) -> Path:
+    """The run's folder, where its table itself is named and the rest lies beside it; else what is named."""
+    beside = run.name == "control.csv" and (run.parent / "inputs.bin").is_file()
+    return run.parent if beside else run
+
+
 def hull_of(run: Path) -> VesselConfig | None:
     """The hull file that a run was sailed by; None where that is not known: a log from elsewhere, a run without its inputs."""
     try:
-        return recorded_vessel(_folder(run))
+        return recorded_vessel(folder_of(run))
     except ReplayError:
         return None
 
@@ -19,7 +25,7 @@ def hull_of(run: Path) -> VesselConfig | None:
 def heading_latency_of(run: Path) -> float | None:
     """The age of headings that a run's settings reckoned with, s; None where that is not known."""
     try:
-        return recorded_heading_latency_s(_folder(run))
+        return recorded_heading_latency_s(folder_of(run))
     except ReplayError:
         return None
 

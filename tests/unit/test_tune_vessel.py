@@ -3,15 +3,17 @@
 import re
 import tomllib
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from companion.cli import main
+from companion.commands.tune_vessel import adopt_words
 from companion.core.hull.statics import Statics
 from companion.core.trial import TrialConfig
 from companion.io.recording.input_recorder import InputRecorder
-from companion.settings import load_vessel
+from companion.settings import load, load_vessel
 from companion.tuning import fitted
 from companion.tuning.fit import fit_vessel
 from companion.tuning.hull_arrays import coefficients
@@ -150,6 +152,27 @@ def test_a_table_does_not_say_who_sailed(tmp_path, capsys):
     assert "name the file to start from" in capsys.readouterr().err
     assert main(["tune", "vessel", str(tmp_path), *COLUMNS]) == 2
     assert "does not hold it" in capsys.readouterr().err
+
+
+def test_a_table_that_lies_beside_its_inputs_says_who_sailed(tmp_path, capsys):
+    """Its folder did, and the table in it did not."""
+    run = sailed_by(tmp_path / "run", shipped("blueboat"))
+    assert main(["tune", "vessel", str(run / "control.csv"), "-o", str(tmp_path / "mine.toml")]) == 1
+    assert "hull 'blueboat'" in capsys.readouterr().out
+
+
+def test_a_fitted_file_is_named_so_that_it_is_found_from_every_folder(tmp_path, monkeypatch):
+    """It was named as the shell's folder saw it: the service, started elsewhere, did not come up after the next boot."""
+    boat, elsewhere = tmp_path / "etc", tmp_path / "elsewhere"
+    boat.mkdir()
+    elsewhere.mkdir()
+    monkeypatch.chdir(boat)
+    fit_to = Path("mine-fitted.toml")
+    fit_to.write_text(fitted.vessel_toml(shipped("otter")), encoding="utf-8")
+    line = re.search(r"vessel = .*", adopt_words(fit_to))[0]
+    (boat / "boat.toml").write_text(f"{line}\n", encoding="utf-8")
+    monkeypatch.chdir(elsewhere)
+    assert load_vessel(load(boat / "boat.toml").vessel).name == shipped("otter").name
 
 
 @pytest.mark.soak
