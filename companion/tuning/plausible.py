@@ -15,6 +15,8 @@ from typing import Any, Final
 import numpy as np
 
 from .hull_arrays import STEP_S
+from .places import mirrored, too_fast
+from .pushing import pushing, smooth
 from .voyages import RUN_COLUMNS, Column, Stretch
 
 Array = Any
@@ -44,8 +46,6 @@ _WRONG_WAY: Final = -0.3
 """Rate of turn against a helm that is well over: right records came to 0.05 at least, boats with crossed leads to -0.35 at most."""
 _GAINED_S: Final = 2.0
 """Over so long a hull gains way and hardly any stream changes, but for the bow's turn in it."""
-_PUSHED_S: Final = 3.0
-"""A hull takes on way in about so long after its propellers: more or less changes the correlation little."""
 _LEAST_THROTTLE, _LEAST_MPS = 0.1, 0.15
 """Standard deviations from which on throttle and speed tell anything of each other."""
 _PER_MPS: Final = {"km/h": 3.6, "knots": 1.944, "cm/s": 100.0, "mm/s": 1000.0}
@@ -90,7 +90,7 @@ def disbelieved(stretches: Sequence[Stretch], columns: Mapping[str, Column] | No
 
     ``columns``: as they were named; None: of a run of the vessel's own, whose columns are right and whose sensors or leads are not.
     """
-    for judge in (_heading, _track, _ahead, _turned):
+    for judge in (_heading, too_fast, _placed, _track, _ahead, _turned):
         if text := judge(stretches, RUN_COLUMNS if columns is None else columns):
             return text if columns is not None else f"{text.partition('; ')[0]}; {_ON_BOARD}"
     return ""
@@ -175,29 +175,48 @@ def helms_of(stretches: Sequence[Stretch]) -> dict[str, _Likeness]:
     found = {}
     rate = np.concatenate([stretch.rate for stretch in stretches])
     for name, of, least in _HELMS:
-        helm = np.concatenate([_smooth(of(stretch), _HELM_S) for stretch in stretches])
+        helm = np.concatenate([smooth(of(stretch), _HELM_S) for stretch in stretches])
         over = np.abs(helm) > least
         if over.sum() > _FEWEST:
             found[name] = _Likeness.of(rate[over], helm[over])
     return found
 
 
-def _smooth(value: Array, time_s: float) -> Array:
-    from scipy.signal import lfilter
-
-    share = STEP_S / (STEP_S + time_s)
-    return lfilter([share], [1.0, share - 1.0], value, zi=[(1.0 - share) * value[0]])[0]
+def _placed(stretches: Sequence[Stretch], columns: Mapping[str, Column]) -> str:
+    """Places in a mirror; where a helm turns her the other way it is her heading that is."""
+    if any(helm.correlation < 0.0 for helm in helms_of(stretches).values()):
+        return ""
+    return mirrored(stretches, columns)
 
 
 def _track(stretches: Sequence[Stretch], columns: Mapping[str, Column]) -> str:
     """Speeds that are told apart from places are held against these."""
     for k, name in enumerate(("surge", "sway")):
-        pairs = [(getattr(stretch, name), stretch.track[k]) for stretch in stretches if stretch.track is not None]
+        pairs = [
+            (getattr(stretch, name), stretch.track[k])
+            for stretch in stretches
+            if stretch.track is not None and name in columns
+        ]
         if pairs:
             said, made = map(np.concatenate, zip(*pairs, strict=True))
             if text := _unlike_track(name, columns[name], _Likeness.of(said, made), float(made.std())):
                 return text
+            if name == "surge" and (text := _never_astern(columns[name], said, made)):
+                return text
     return ""
+
+
+def _never_astern(column: Column, said: Array, made: Array) -> str:
+    """A speed over ground has no sign: where she goes astern it tells way ahead."""
+    astern = made < -_LEAST_MPS
+    if astern.sum() < _FEWEST or said.min() < -_LEAST_MPS or np.median(said[astern]) < _LEAST_MPS:
+        return ""
+    if np.corrcoef(said[astern], made[astern])[0, 1] > -_TOGETHER:
+        return ""
+    return (
+        f"surge (column {column.name}) is never below 0, and the places tell of way astern; "
+        "is it a speed over ground (SOG)? then leave surge out of --columns: the places tell it"
+    )
 
 
 def _unlike_track(name: str, column: Column, found: _Likeness, spread_mps: float) -> str:
@@ -228,7 +247,7 @@ def _ahead(stretches: Sequence[Stretch], columns: Mapping[str, Column]) -> str:
 def _pushed(stretch: Stretch) -> tuple[Array, Array]:
     """Push and speed, at the steps that tell a speed."""
     told = np.isfinite(stretch.surge)
-    return _smooth(0.5 * (stretch.port + stretch.starboard), _PUSHED_S)[told], stretch.surge[told]
+    return pushing(stretch)[told], stretch.surge[told]
 
 
 def _gained(stretches: Sequence[Stretch]) -> _Likeness:
@@ -239,7 +258,7 @@ def _gained(stretches: Sequence[Stretch]) -> _Likeness:
         told = np.flatnonzero(np.isfinite(stretch.surge))
         if len(told) > 1 and len(stretch.surge) > span:
             speed = np.interp(np.arange(len(stretch.surge)), told, stretch.surge[told])
-            push = _smooth(0.5 * (stretch.port + stretch.starboard), _PUSHED_S)
+            push = pushing(stretch)
             each = np.stack([push, speed, np.cos(stretch.psi_rad), np.sin(stretch.psi_rad)], axis=1)
             rows.append(each[span:] - each[:-span])
     if not rows:

@@ -88,12 +88,16 @@ def _read(rows: Iterable[list[str]], width: int, places: Sequence[tuple[int, arr
             lost.first = lost.first or len(row)
             continue
         for place, values in places:
-            values.append(_number(row[place]))
-            lost.cells += _NO_TEXT in row[place]
+            values.append(value := _number(row[place]))
+            if math.isnan(value) and _NO_TEXT in row[place]:
+                lost.cells += 1
     return lost
 
 
 def _number(text: str) -> float:
+    if not text:
+        # without this, a million empty cells are a million exceptions
+        return math.nan
     try:
         return float(text)
     except ValueError:

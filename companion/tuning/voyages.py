@@ -35,7 +35,16 @@ _SLOW_S: Final = 0.7
 _GAP_PERIODS: Final = 1.5
 _FULL: Final = 1.05
 """A pulse of 1100 us for full astern, where the middle is 1511 and full ahead 400 more, comes to 1.03."""
-_RUDDER_RAD: Final = 0.5 * math.pi
+_REACH: Final = {
+    "port": (_FULL, "-1 to 1"),
+    "starboard": (_FULL, "-1 to 1"),
+    "rudder": (0.5 * math.pi, "radians"),
+    "lat": (90.0, "degrees of -90 to 90"),
+    "lon": (360.0, "degrees of -180 to 180"),
+}
+"""How far what a column tells can go, and its unit. Some count longitude to 360."""
+_E7: Final = 1e6
+"""Places beyond it are counted in whole numbers, as MAVLink does; in ddmm.mm they come to 18 000."""
 _SPIKES: Final = 0.01
 """Share of the values beyond, up to which they are spikes; what is more is a unit."""
 _PULSES_US: Final = (700.0, 2300.0)
@@ -51,6 +60,7 @@ _MEANINGS: Final = (
 )
 _NEEDED: Final = ("time", "heading", "port", "yaw_rate")
 _COMMANDS: Final = ("port", "starboard", "rudder")
+_PLACES: Final = ("lat", "lon")
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,7 +153,7 @@ def read_voyage(path: Path, columns: Mapping[str, Column] | None = None, tell: T
         )
     table = columns_of(file, sorted({column.name for column in chosen.values()}), tell)
     values = {meaning: (table[column.name] - column.zero) / column.scale for meaning, column in chosen.items()}
-    for name in (command for command in _COMMANDS if command in values):
+    for name in (each for each in _REACH if each in values):
         values[name] = _in_range(name, values[name], chosen[name], tell)
     found = _stretches(str(path), values, tell)
     if not found:
@@ -157,31 +167,42 @@ def read_voyage(path: Path, columns: Mapping[str, Column] | None = None, tell: T
 
 
 def _in_range(name: str, value: Array, column: Column, tell: Tell) -> Array:
-    """A command without its spikes. Raises ValueError where it is in another unit: cut off in silence it would be another command."""
-    most = _RUDDER_RAD if name == "rudder" else _FULL
+    """A value without its spikes. Raises ValueError where it is in another unit: cut off in silence it would be another command."""
+    most, unit = _REACH[name]
     with np.errstate(invalid="ignore"):
         beyond = np.abs(value) > most
     if not beyond.any():
         return value
     if beyond.sum() > _SPIKES * np.isfinite(value).sum():
         low, high = (float(np.nanpercentile(value, end)) for end in (0.5, 99.5))
-        unit = "radians" if name == "rudder" else "-1 to 1"
         raise ValueError(
             f"{name} (column {column.name}) goes from {low:.4g} to {high:.4g}, and is {unit}; "
-            f"give its zero and scale: --columns {name}={column.name},{_guessed(name, (low, high), column)}"
+            f"{_mended(name, (low, high), column)}"
         )
-    tell(f"{name} (column {column.name}): {int(beyond.sum())} values beyond what a command can be are left out")
+    tell(f"{name} (column {column.name}): {int(beyond.sum())} values beyond {unit} are left out")
     return np.where(beyond, math.nan, value)
+
+
+def _mended(name: str, reach: tuple[float, float], column: Column) -> str:
+    """What a person should do about a column that goes beyond its reach."""
+    if name == "lat" and max(map(abs, reach)) <= 0.5 * _REACH["lon"][0]:
+        return "are lat and lon changed over?"
+    if name in _PLACES and max(map(abs, reach)) < _E7:
+        return "are these degrees and minutes (ddmm.mm)? then make degrees of them"
+    return f"give its zero and scale: --columns {name}={column.name},{_guessed(name, reach, column)}"
 
 
 def _guessed(name: str, reach: tuple[float, float], column: Column) -> str:
     """Zero and scale that such values look to have."""
     low, high = (column.zero + column.scale * end for end in reach)
+    most = max(abs(low), abs(high))
     if name == "rudder":
         return f"{column.zero:g},57.296 if it is in degrees"
+    if name in _PLACES:
+        return "0,1e7 if it is in 1e-7 degrees"
     if _PULSES_US[0] < low and high < _PULSES_US[1]:
         return "1500,400 if it is in us"
-    return "0,100 if it is in percent" if _PERCENT[0] < max(abs(low), abs(high)) < _PERCENT[1] else "ZERO,SCALE"
+    return "0,100 if it is in percent" if _PERCENT[0] < most < _PERCENT[1] else "ZERO,SCALE"
 
 
 def _why_none(values: dict[str, Array], chosen: Mapping[str, Column]) -> str:
@@ -308,7 +329,7 @@ def _even(source: str, part: dict[str, Array], speeds: bool) -> Stretch:
         rate=smooth(part["yaw_rate"]),
         from_places=not speeds and fixes is None,
         age_s=age,
-        track=_from_places(part, psi, smooth) if speeds and _placed(part) else None,
+        track=_from_places(part, psi, smooth) if "surge" in part and fixes is None and _placed(part) else None,
     )
 
 

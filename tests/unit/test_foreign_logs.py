@@ -306,6 +306,92 @@ def test_a_column_in_another_unit_or_sense_is_named_with_the_mend_that_mends_it(
     assert disbelieved(read_voyage(file, mended), mended) == ""
 
 
+ALONG = {name: column for name, column in (COLUMNS | PLACES).items() if name != "sway"}
+"""What most loggers tell: a speed and a place."""
+NO_SPEED = {name: column for name, column in ALONG.items() if name != "surge"}
+
+
+@pytest.mark.parametrize("factor", [1.944, 3.6, 100.0, -1.0])
+@pytest.mark.parametrize("columns", [ALONG, COLUMNS | PLACES])
+def test_a_speed_in_another_unit_is_seen_by_the_places_without_sway_too(tmp_path, factor, columns):
+    """With places and a speed alone it was fitted: a top speed of 4.1 m/s for 2.1, and no word."""
+    file = written(tmp_path / "log.csv", rows_of(120.0), surge=times(factor))
+    told = disbelieved(read_voyage(file, columns), columns)
+    assert f"--columns surge=surge,0,{factor:g}" in told
+    sound = written(tmp_path / "sound.csv", rows_of(120.0))
+    assert disbelieved(read_voyage(sound, columns), columns) == ""
+
+
+def astern_and_ahead(seconds):
+    """She backs off for a minute of each three."""
+    rows = rows_of(seconds)
+    for row in rows:
+        if row["time"] % 180.0 > 120.0:
+            row |= {"surge": -0.5 * row["surge"], "port": -row["starboard"], "starboard": -row["port"]}
+    return placed(rows)
+
+
+def test_a_speed_over_ground_that_is_taken_for_surge_is_told(tmp_path):
+    """Way astern was way ahead to the fit."""
+    rows = astern_and_ahead(360.0)
+    file = written(tmp_path / "log.csv", rows, surge=lambda k, x: abs(x))
+    told = disbelieved(read_voyage(file, ALONG), ALONG)
+    assert "is it a speed over ground (SOG)? then leave surge out" in told
+    assert disbelieved(read_voyage(file, NO_SPEED), NO_SPEED) == ""
+    assert disbelieved(read_voyage(written(tmp_path / "sound.csv", rows), ALONG), ALONG) == ""
+
+
+def moored_at(lat_deg, lon_deg, rows):
+    """The same voyage elsewhere on the globe, in a steady current."""
+    for row in rows:
+        lat = lat_deg + row["lat"] + 0.3 * row["time"] / EARTH_M * 57.3
+        row |= {"lat": lat, "lon": lon_deg + row["lon"] / math.cos(math.radians(lat_deg))}
+    return rows
+
+
+MIRRORS = {
+    "swapped": {"lat": Column("lon"), "lon": Column("lat")},
+    "no west": {"lon": Column("lon", 0.0, -1.0)},
+    "no south": {"lat": Column("lat", 0.0, -1.0)},
+}
+
+
+@pytest.mark.parametrize("place", [(0.0, 9.0), (53.5, 10.0), (-41.2, 174.8), (70.0, -20.0)])
+@pytest.mark.parametrize("mirror", MIRRORS.values(), ids=MIRRORS.keys())
+@pytest.mark.parametrize("columns", [ALONG, NO_SPEED])
+def test_places_in_a_mirror_are_told_with_the_mend_that_mends_them(tmp_path, place, mirror, columns):
+    """Each passed every look, and the fit of it came to no end."""
+    file, wrong = written(tmp_path / "log.csv", moored_at(*place, rows_of(300.0))), columns | mirror
+    assert disbelieved(read_voyage(file, columns), columns) == ""
+    if abs(place[1]) > 90.0 and "lat" in mirror and mirror["lat"].name == "lon":
+        with pytest.raises(ValueError, match="are lat and lon changed over"):
+            read_voyage(file, wrong)
+        return
+    told = disbelieved(read_voyage(file, wrong), wrong)
+    assert "a track that turns to port where her bow turns to starboard" in told
+    mended = wrong | parse_columns(re.search(r"--columns (.*)", told)[1].split())
+    assert disbelieved(read_voyage(file, mended), mended) == ""
+
+
+@pytest.mark.parametrize(
+    ("written_as", "told"),
+    [
+        (lambda k, x: f"{round(1e7 * x)}", "lat=lat,0,1e7 if it is in 1e-7 degrees"),
+        (lambda k, x: f"{100 * int(x) + x % 1 * 60:.5f}", "are these degrees and minutes (ddmm.mm)? then make degrees"),
+    ],
+)
+def test_places_that_are_not_in_degrees_are_refused(tmp_path, written_as, told):
+    file = written(tmp_path / "log.csv", moored_at(53.5, 10.0, rows_of(60.0)), lat=written_as, lon=written_as)
+    assert told in refused(file, NO_SPEED)
+
+
+def test_minutes_that_pass_for_degrees_are_seen_by_the_speed_that_they_make(tmp_path):
+    """Near the equator and Greenwich ddmm.mm stays on the globe."""
+    file = written(tmp_path / "log.csv", rows_of(60.0), lat=times(60.0), lon=times(60.0))
+    told = disbelieved(read_voyage(file, ALONG), ALONG)
+    assert "m/s: are they in degrees" in told
+
+
 @pytest.mark.parametrize(
     ("changed", "mend"),
     [
@@ -401,7 +487,7 @@ def test_a_few_spikes_are_left_out_and_told(tmp_path):
     spiky = written(tmp_path / "spiky.csv", rows, port=lambda k, x: 65535.0 if k in (100, 300) else x)
     (stretch,) = read_voyage(spiky, COLUMNS, told.append)
     assert np.abs(stretch.port - whole.port).max() < 0.11
-    assert told == ["port (column port): 2 values beyond what a command can be are left out"]
+    assert told == ["port (column port): 2 values beyond -1 to 1 are left out"]
 
 
 def test_headings_of_another_boat_are_not_taken(tmp_path):
