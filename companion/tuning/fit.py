@@ -21,6 +21,7 @@ from .hull_arrays import STEP_S
 from .noise import Noise
 from .problem import SENSED, TOGETHER, Problem
 from .settle import Box, settled
+from .several import EXPLAINED
 from .unknowns import FitUnknown, unknowns_of, with_values
 from .voyages import Stretch
 from .windows import WINDOW_S, Windows, cut, too_poor
@@ -47,9 +48,6 @@ _UNSURE_S: Final = 0.015
 filters and the model's shape add is in no residual. Sway is the smallest of the three motions and comes through position, heading and
 their filters: in trials of known hulls what it tells was off by so much beside the scatter."""
 
-_EXPLAINED: Final = 0.4
-"""Error of the yaw rate on stretches kept apart up to which spreads are as scatter tells them: trials of known hulls came to 0.26 at most,
-recordings of a real boat to 0.40."""
 _WIDER_BEYOND: Final = 10.0
 """And by so much wider per error beyond it. Waves that turn a light boat as hard as her helm go on through her own motion, and are no
 noise that is added to it: of six such boats the truth lay up to ten spreads off, at errors of 0.46 to 0.62."""
@@ -148,7 +146,7 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     judged = windows.only(apart)
     after = _judge(vessel, judged, unknowns, noise, theta)
     before = _judge(given, judged, [u for u in unknowns if u.name in SENSED], noise, None)
-    wider = 1.0 + _WIDER_BEYOND * max(0.0, after[0][2] - _EXPLAINED)
+    wider = 1.0 + _WIDER_BEYOND * max(0.0, after[0][2] - EXPLAINED)
     unsteady = unsteadied(noise.drift)
     share = np.array([wider * (unsteady if u.name in ALONG else 1.0) for u in [*unknowns, *untold]])
     covariance = no_wider(np.outer(share, share) * _to_believe(unknowns, untold, covariance, by_fix))

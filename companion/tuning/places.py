@@ -19,8 +19,8 @@ Array = Any
 _MOST_MPS: Final = 30.0
 """Sixty knots: no small boat that is fitted goes faster, and minutes taken for degrees make 60 times her speed."""
 _SURE: Final = 0.6
-"""Canonical correlation, in the weaker direction, from which on track and bow surely go together: of trials in up to 8 m/s of wind it came to
-0.63 at least, and none of 70 sound records looked mirrored at any. On one line, there and back, it is nearly 0."""
+"""Canonical correlation, in the weaker direction, from which on track and bow surely go together: of trials in up to 8 m/s of wind it
+came to 0.63 at least, and none of 70 sound records looked mirrored at any. On one line, there and back, it is nearly 0."""
 _FEWEST: Final = 1200
 """Steps: a mirror is told by a minute of turns, not by one gust."""
 _NOTHING: Final = 1e-6

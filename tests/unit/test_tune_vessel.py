@@ -242,6 +242,21 @@ def test_a_run_that_is_explained_much_worse_than_another_is_named():
     assert list(by_run(FitOf(single, ("a.csv",)))) == []
 
 
+@pytest.mark.parametrize("errors", [(0.43, 0.15), (0.15, 0.43), (0.52, 0.31)])
+def test_of_two_runs_that_are_not_one_boats_neither_is_accused(errors):
+    """The owner's own run was to be left out, and the stranger's fit adopted; at 0.52 beside 0.31 nothing was said."""
+    dice = np.random.default_rng(1)
+    measured = dice.normal(size=(400, 3, 4))
+    off = dice.normal(size=measured.shape) * 0.1
+    off[:, 2] *= np.repeat(errors, 2) / 0.1
+    samples = {"measured": measured, "modelled": measured + off, "voyage": np.array([0, 0, 1, 1])}
+    told = list(by_run(FitOf(samples, ("own.csv", "other.csv"))))
+    assert told[2:] == [
+        "take care: own.csv and other.csv are not explained alike (yaw rate): "
+        "is one of them another boat's? fit each alone; a rougher day looks alike"
+    ]
+
+
 @dataclass
 class FitOf:
     """What of a fit is told run by run."""
