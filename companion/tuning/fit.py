@@ -24,7 +24,7 @@ from .settle import Box, settled
 from .several import EXPLAINED
 from .unknowns import FitUnknown, unknowns_of, with_values
 from .voyages import Stretch
-from .windows import WINDOW_S, Windows, cut, too_poor
+from .windows import WINDOW_S, Windows, cut, thinned, too_poor
 
 Array = Any
 
@@ -117,6 +117,7 @@ def fit_vessel(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress
     """Fit a vessel to voyages. Raises ValueError, in words, when they are too poor."""
     windows = cut(stretches)
     too_poor(windows)
+    windows = thinned(windows)
     apart = np.arange(windows.count) % _KEPT_APART == _KEPT_APART - 1
     noise = Noise.white(0.08, 0.1, 0.03)
     used, given = windows.only(~apart), vessel

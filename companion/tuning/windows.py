@@ -17,6 +17,8 @@ Array = Any
 WINDOW_S: Final = 16.0
 """Long enough for a hull of seconds to show its damping, short enough that a wrong start does not run away with it."""
 _LEAST_WINDOWS: Final = 6
+MOST_WINDOWS: Final = 450
+"""Two hours. Intervals are no narrower for more: the model's own shape is the rest; and a day of record would be fitted for hours."""
 EVERY: Final = 4
 """Residuals are taken every so many steps, at 5 Hz: closer ones say the same again."""
 _BEGINS: Final = 6
@@ -105,6 +107,15 @@ def cut(stretches: Sequence[Stretch]) -> Windows:
         age_s=age,
         by_fix=np.array(by_fix),
     )
+
+
+def thinned(windows: Windows) -> Windows:
+    """At most ``MOST_WINDOWS``, evenly over all voyages: whoever picked the lively ones would pick the gusts."""
+    if windows.count <= MOST_WINDOWS:
+        return windows
+    keep = np.zeros(windows.count, dtype=bool)
+    keep[np.linspace(0, windows.count - 1, MOST_WINDOWS).round().astype(int)] = True
+    return windows.only(keep)
 
 
 def too_poor(windows: Windows) -> None:

@@ -9,16 +9,17 @@ import numpy as np
 import pytest
 
 from companion.cli import main
-from companion.commands.tune_vessel import adopt_words
+from companion.commands.tune_vessel import adopt_words, length_words
 from companion.core.hull.statics import Statics
 from companion.core.trial import TrialConfig
 from companion.io.recording.input_recorder import InputRecorder
 from companion.settings import load, load_vessel
 from companion.tuning import fitted
 from companion.tuning.fit import fit_vessel
-from companion.tuning.hull_arrays import coefficients
+from companion.tuning.hull_arrays import STEP_S, coefficients
 from companion.tuning.several import by_run
-from companion.tuning.voyages import read_voyage
+from companion.tuning.voyages import Stretch, read_voyage
+from companion.tuning.windows import MOST_WINDOWS, cut, thinned
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel as shipped
 from tools.benches.cells.foreign_hulls import FOREIGN, any_hull
@@ -240,6 +241,28 @@ def test_a_run_that_is_explained_much_worse_than_another_is_named():
     assert len(list(by_run(FitOf(alike, ("a.csv", "b.csv", "c.csv"))))) == 3
     single = {name: value[..., :2] for name, value in samples.items()}
     assert list(by_run(FitOf(single, ("a.csv",)))) == []
+
+
+def test_a_long_record_is_thinned_evenly_and_told_beforehand():
+    """A day of record was fitted for hours, and nobody had been told."""
+    assert length_words(600.0) == "10 min of record: takes about 1 min, on a small computer four times that"
+    day = length_words(50_000.0)
+    assert day.startswith("13.9 h of record, of which 2.0 h are fitted, evenly taken: takes about 14 min")
+    windows = cut([still("first", 20_000.0), still("second", 30_000.0)])
+    kept = thinned(windows)
+    assert windows.count > 3000
+    assert kept.count == MOST_WINDOWS
+    np.testing.assert_allclose(np.bincount(kept.voyage) / kept.count, [0.4, 0.6], atol=0.01)
+    assert kept.starts[kept.voyage == 1][-1] > 29_900.0
+    assert np.diff(kept.starts[kept.voyage == 0]).max() < 1.2 * np.median(np.diff(kept.starts))
+    assert not kept.follows.any()
+    short = cut([still("short", 600.0)])
+    assert thinned(short) is short
+
+
+def still(source, seconds):
+    nothing = np.zeros(round(seconds / STEP_S))
+    return Stretch(source, 0.0, *([nothing] * 7))
 
 
 @pytest.mark.parametrize("errors", [(0.43, 0.15), (0.15, 0.43), (0.52, 0.31)])
