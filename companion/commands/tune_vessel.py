@@ -138,8 +138,8 @@ def _of_one_boat(runs: list[Path], start: VesselConfig, *, named: bool) -> None:
 
 
 def _stretches(runs: list[Path], columns: list[str]) -> list[Any]:
+    from ..tuning.copies import taken_once
     from ..tuning.plausible import disbelieved
-    from ..tuning.several import taken_once
     from ..tuning.voyages import parse_columns, read_voyage
 
     try:

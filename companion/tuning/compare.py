@@ -24,7 +24,7 @@ from .noise import Noise
 from .problem import SENSED, TOGETHER, Problem
 from .unknowns import FitUnknown, unknowns_of
 from .voyages import Stretch
-from .windows import WINDOW_S, Windows, cut, too_poor
+from .windows import WINDOW_S, Windows, cut, thinned, too_poor
 
 Array = Any
 
@@ -202,7 +202,7 @@ def _line(name: str, share: Share) -> str:
 
 def compare(vessel: VesselConfig, stretches: Sequence[Stretch], say: Progress = lambda text: None) -> Comparison:
     """Hold a file against voyages. Raises ValueError, in words, when they are too short."""
-    windows = cut(stretches)
+    windows = thinned(cut(stretches))
     if poor := _poor(windows):
         return Comparison(windows.count * WINDOW_S, poor=poor)
     unknowns = _free(vessel, windows)

@@ -27,7 +27,7 @@ _LOST_S: Final = 0.7
 """A record that is silent for longer goes on as another stretch."""
 _LATE_S: Final = 1.0
 """Rows come out of order by less where sources are merged or a thread waits; a clock that begins again or is set steps back further."""
-_SHORTEST_S: Final = 5.0
+SHORTEST_S: Final = 5.0
 _SELDOM_S: Final = 1.2
 """A row a second taught a catamaran of 30 kg and a launch of 2 t: speeds within 3 % above a third of the throttle, ways to rest long."""
 _SLOW_S: Final = 0.7
@@ -223,7 +223,9 @@ def _why_none(values: dict[str, Array], chosen: Mapping[str, Column]) -> str:
         unit = _unit(period_s, chosen["time"])
         return f"a row comes every {period_s:.3g} s; a fit needs one every {_SELDOM_S:g} s or oftener{unit}"
     lasts_s = math.fsum(steps[steps > 0.0])
-    return f"holds no stretch of {_SHORTEST_S:g} s and more without a gap of {_LOST_S:g} s; it lasts {lasts_s:.3g} s in all"
+    return (
+        f"holds no stretch of {SHORTEST_S:g} s and more without a gap of {_LOST_S:g} s; it lasts {lasts_s:.3g} s in all"
+    )
 
 
 def _unit(period_s: float, time: Column) -> str:
@@ -296,7 +298,7 @@ def _without_gaps(part: dict[str, Array], speeds: bool) -> list[dict[str, Array]
     period_s = float(np.median(np.diff(time[kept]))) if len(kept) > 1 else 0.0
     lost_s = max(_LOST_S, _GAP_PERIODS * period_s) if period_s <= _SELDOM_S else _LOST_S
     cuts = np.flatnonzero(np.diff(time[kept]) > lost_s) + 1
-    long = [rows for rows in np.split(kept, cuts) if time[rows[-1]] - time[rows[0]] > _SHORTEST_S]
+    long = [rows for rows in np.split(kept, cuts) if time[rows[-1]] - time[rows[0]] > SHORTEST_S]
     return [{name: value[rows] for name, value in part.items()} for rows in long]
 
 
