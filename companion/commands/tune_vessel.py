@@ -65,6 +65,7 @@ def command(arguments: argparse.Namespace) -> int:
         raise MissingExtraError(f"fitting needs scipy, matplotlib and python-control: {install_line('design')}")
     from ..tuning import fit_page, fitted, seed_fit
     from ..tuning.fit import fit_vessel
+    from ..tuning.helms import unlike_file
 
     start = load_vessel(arguments.vessel) if arguments.vessel else _sailed_by(arguments.runs[0])
     print(f"from {arguments.vessel or f'the file that {arguments.runs[0].name} was sailed by'}: hull '{start.name}'")
@@ -76,7 +77,8 @@ def command(arguments: argparse.Namespace) -> int:
     may_write(page, *arguments.runs)
     stretches = _stretches(arguments.runs, arguments.columns)
     source = ", ".join(run.name for run in arguments.runs)
-    print(length_words(math.fsum(stretch.seconds for stretch in stretches)))
+    for text in (length_words(math.fsum(each.seconds for each in stretches)), *unlike_file(stretches, start)):
+        print(text)
     with ProgressLine("fit", None) as progress:
         try:
             fit = fit_vessel(start, stretches, progress.say)
