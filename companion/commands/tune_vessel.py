@@ -65,7 +65,7 @@ def command(arguments: argparse.Namespace) -> int:
         raise MissingExtraError(f"fitting needs scipy, matplotlib and python-control: {install_line('design')}")
     from ..tuning import fit_page, fitted, seed_fit
     from ..tuning.fit import fit_vessel
-    from ..tuning.helms import unlike_file
+    from ..tuning.records.helms import unlike_file
 
     start = load_vessel(arguments.vessel) if arguments.vessel else _sailed_by(arguments.runs[0])
     print(f"from {arguments.vessel or f'the file that {arguments.runs[0].name} was sailed by'}: hull '{start.name}'")
@@ -140,8 +140,8 @@ def _of_one_boat(runs: list[Path], start: VesselConfig, *, named: bool) -> None:
 
 
 def _stretches(runs: list[Path], columns: list[str]) -> list[Any]:
-    from ..tuning.copies import taken_once
     from ..tuning.plausible import disbelieved
+    from ..tuning.records.copies import taken_once
     from ..tuning.voyages import parse_columns, read_voyage
 
     try:

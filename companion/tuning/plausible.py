@@ -15,8 +15,8 @@ from typing import Any, Final
 import numpy as np
 
 from .hull_arrays import STEP_S
-from .places import mirrored, too_fast
-from .pushing import pushing, smooth
+from .records.places import mirrored, too_fast
+from .records.pushing import pushing, smooth
 from .voyages import RUN_COLUMNS, Column, Stretch
 
 Array = Any

@@ -19,7 +19,7 @@ import numpy as np
 from mavlink_bridge.language.geodesy import metres_per_radian
 
 from .hull_arrays import STEP_S
-from .tables import Tell, columns_of, header_of
+from .records.tables import Tell, columns_of, header_of
 
 Array = Any
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from companion.tuning.helms import unlike_file
+from companion.tuning.records.helms import unlike_file
 from sitl.plant.library import load_vessel as shipped
 from tests.unit.test_record_copies import sailed
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from companion.tuning.copies import taken_once
 from companion.tuning.hull_arrays import STEP_S
+from companion.tuning.records.copies import taken_once
 from companion.tuning.voyages import Stretch
 
 

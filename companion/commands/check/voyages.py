@@ -21,7 +21,7 @@ def voyages_fit(runs: list[Path], vessel: VesselConfig) -> bool:
     if importlib.util.find_spec("scipy") is None:
         raise MissingExtraError(f"comparing with voyages needs scipy: {install_line('design')}")
     from ...tuning.compare import compare
-    from ...tuning.copies import taken_once
+    from ...tuning.records.copies import taken_once
     from ...tuning.voyages import read_voyage
 
     others = {run: hull.name for run in runs if (hull := hull_of(run)) is not None and not moves_as(hull, vessel)}

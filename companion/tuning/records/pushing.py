@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from .hull_arrays import STEP_S
-from .voyages import Stretch
+from ..hull_arrays import STEP_S
+from ..voyages import Stretch
 
 Array = Any
 

@@ -11,8 +11,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from ..voyages import Column, Stretch
 from .pushing import pushing
-from .voyages import Column, Stretch
 
 Array = Any
 

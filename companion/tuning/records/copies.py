@@ -11,9 +11,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from .hull_arrays import STEP_S
+from ..hull_arrays import STEP_S
+from ..voyages import SHORTEST_S, Stretch
 from .tables import Tell
-from .voyages import SHORTEST_S, Stretch
 
 Array = Any
 

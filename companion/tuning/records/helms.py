@@ -8,8 +8,8 @@ from typing import Any, Final
 
 import numpy as np
 
-from ..core.hull import VesselConfig
-from .voyages import Stretch
+from ...core.hull import VesselConfig
+from ..voyages import Stretch
 
 Array = Any
 
