@@ -280,6 +280,20 @@ def test_of_two_runs_that_are_not_one_boats_neither_is_accused(errors):
     ]
 
 
+@pytest.mark.parametrize(("shares", "said"), [((1.08, 0.94), True), ((1.02, 0.995), False)])
+def test_a_day_with_a_weak_battery_is_told_from_the_other(shares, said):
+    """The fit lay between both days, nine per cent off for either, without a word."""
+    dice = np.random.default_rng(2)
+    modelled = dice.normal(size=(400, 3, 6))
+    measured = modelled + 0.05 * dice.normal(size=modelled.shape)
+    measured[:, 0] *= np.repeat(shares, 3)
+    samples = {"measured": measured, "modelled": modelled, "voyage": np.repeat([0, 1], 3)}
+    told = list(by_run(FitOf(samples, ("full.csv", "weak.csv"))))[2:]
+    assert len(told) == said
+    for text in told:
+        assert text.startswith("take care: full.csv takes on 15 % more way than weak.csv by the same throttle")
+
+
 @dataclass
 class FitOf:
     """What of a fit is told run by run."""
