@@ -48,7 +48,3 @@ def same_boat(one: VesselConfig, other: VesselConfig) -> bool:
 def _built(vessel: VesselConfig) -> tuple[float, ...]:
     hull, thruster = vessel.hull, vessel.thruster
     return hull.length_m, hull.m11_kg, thruster.count, thruster.lateral_m, vessel.rudder.count
-
-
-def _folder(run: Path) -> Path:
-    return run.parent if run.name == "control.csv" else run
