@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import pytest
 
+from companion.core.estimate.doubts.borne_out import BorneOut
 from companion.core.estimate.doubts.witness import SeenFix, ThrustWitness
 
 DT_S = 0.05
@@ -153,6 +154,19 @@ def test_a_steady_way_that_is_all_her_own_bears_the_heading_out(receiver: Receiv
 
     assert watched(110.0, carried=broken, way_mps=way_mps, receiver=receiver) is None
     assert watched(110.0, off_deg=-92.0, way_mps=way_mps, receiver=receiver) is not None
+
+
+def test_a_steady_way_bears_out_headings_near_its_own_alone() -> None:
+    """A compass that iron has magnetised is right on one leg: vouched for round the corner she sailed 47 s by one that was 60 degrees off."""
+    borne_out = BorneOut()
+    for _ in range(300):
+        borne_out.step(DT_S, 1.0, 1.5, 1.5)
+    assert borne_out
+    round_the_corner = cmath.rect(1.0, math.radians(60.0))
+    borne_out.step(DT_S, round_the_corner, 1.5, 1.5 * round_the_corner)
+    assert not borne_out
+    borne_out.step(DT_S, cmath.rect(1.0, 0.3), 1.5, 1.5)
+    assert borne_out, "a propeller that fails turns her so far within seconds"
 
 
 def sails_and_stops(t_s: float) -> float:

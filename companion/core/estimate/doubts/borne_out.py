@@ -23,6 +23,8 @@ _GOES_SHARE: Final = 0.2
 """
 _GOES_S: Final = 10.0
 """for so long, water that makes up for a wrong compass to a fifth, in speed and direction, is rarer than a propeller that fails."""
+_NEAR_COS: Final = math.cos(math.radians(40.0))
+"""Such a way vouches for headings near it only: a compass that iron has magnetised is right on one heading and wrong on others."""
 
 
 class BorneOut:
@@ -32,6 +34,9 @@ class BorneOut:
         self._age_s: float | None = None
         self._swing: complex | None = None
         self._swung_s = self._goes_s = 0.0
+        self._about: complex | None = None
+        """The heading that a steady way bore out; None: any, by a way that changed with the thrust."""
+        self._is_near = True
 
     def __bool__(self) -> bool:
         """Whether the heading is vouched for."""
@@ -40,20 +45,25 @@ class BorneOut:
     @property
     def once(self) -> bool:
         """Whether it was at some time, and bow and course have not parted since."""
-        return self._age_s is not None and self._swung_s < _SWUNG_S
+        return self._age_s is not None and self._swung_s < _SWUNG_S and self._is_near
 
     def renew(self) -> None:
-        """The way goes with the heading now."""
+        """The way changes with the thrust as the heading says."""
+        self._begin(None)
+
+    def _begin(self, about: complex | None) -> None:
         self._age_s, self._swing, self._swung_s = 0.0, None, 0.0
+        self._about, self._is_near = about, True
 
     def step(self, dt_s: float, bow: complex, ground: complex, through: complex) -> None:
         """Take the bow's unit vector, the velocity over ground and the modelled one through the water, NED."""
         goes = abs(through) > _WAY_MPS and abs(ground - through) < _GOES_SHARE * abs(through)
         self._goes_s = self._goes_s + dt_s if goes else 0.0
-        if self._goes_s > _GOES_S:
-            self.renew()
+        if self._goes_s > _GOES_S and not (self and self._about is None):
+            self._begin(bow)
         if self._age_s is None:
             return
+        self._is_near = self._about is None or (bow * self._about.conjugate()).real > _NEAR_COS
         self._age_s += dt_s
         if abs(ground) < _WAY_MPS:
             return
