@@ -104,7 +104,9 @@ class ThrustFlags:
 class PropulsionWatch:
     """One vessel's thrusters; one call per tick. A vessel with one thruster, or with both on the centre line, is not judged."""
 
-    def __init__(self, vessel: VesselConfig) -> None:
+    def __init__(self, vessel: VesselConfig, *, heading_late_s: float = 0.0) -> None:
+        """``heading_late_s``: what the settings say of it."""
+        self._heading_late_s = heading_late_s
         self._model = ForceModel(vessel)
         self._actuators = ActuatorModel(vessel)
         self._vessel, self._statics = vessel, Statics(vessel)
@@ -153,7 +155,7 @@ class PropulsionWatch:
         self.shares: Shares = WHOLE
         """What each is taken to give of what it is told."""
         self._swapped, self._mirrored = WrongWay(self._clear_nm), WrongWay(self._clear_nm)
-        self.late = LateHeading(_SWINGS * self._clear_nm)
+        self.late = LateHeading(_SWINGS * self._clear_nm, self._heading_late_s)
         """Whether the heading comes late."""
         self.reversed = False
         """It pushes against what it is told: nothing can be sailed with until somebody has looked at it."""

@@ -95,7 +95,7 @@ def make_parts(config: VehicleConfig, vessel: VesselConfig, sources: Sequence[st
         estimator=Estimator(config.estimate, geometry),
         turned=ModelledTurn(vessel),
         board=BoardWatch(),
-        propulsion=PropulsionWatch(vessel),
+        propulsion=PropulsionWatch(vessel, heading_late_s=config.estimate.heading_late_s),
         diagnosis=Diagnosis(vessel),
         traffic=Traffic(config.traffic),
         operators=Operators(config.operator.ids, gcs_s=failsafe.gcs_timeout_s, radio_s=failsafe.radio_timeout_s),

@@ -41,9 +41,9 @@ class _Lag:
 class LateHeading:
     """One vessel; one call per tick."""
 
-    def __init__(self, least_nm: float) -> None:
-        """``least_nm``: less that is missing is weather."""
-        self._least = least_nm * least_nm
+    def __init__(self, least_nm: float, set_s: float = 0.0) -> None:
+        """``least_nm``: less that is missing is weather. ``set_s``: how late it is by the settings; no more than that is no news."""
+        self._least, self._set_s = least_nm * least_nm, set_s
         self._lags = [_Lag(tau_s) for tau_s in _TAUS_S]
         self._never = _Lag(_NEVER_S)
         self._missing = self._shown_s = 0.0
@@ -56,7 +56,7 @@ class LateHeading:
     def words(self) -> str:
         """What an operator is told; a compass that is late by so much without any damping has a delay."""
         late = f"Heading lags by about {self.told_s:.1f} s"
-        return f"{late}: switch the compass's damping off, or tell its delay (NMEA_HDG_DELAY)"
+        return f"{late}: switch the compass's damping off, or set its heading_latency_s"
 
     def rest(self) -> None:
         """A sensor tells the turn: the heading is not late for those who steer by it."""
@@ -71,5 +71,6 @@ class LateHeading:
         self.explains = best.left < _LEFT * self._missing
         is_shown = self.explains and self._missing > self._least and best.left < self._never.left
         self._shown_s = self._shown_s + dt_s if is_shown else max(0.0, self._shown_s - _FORGETS * dt_s)
-        if self._shown_s > _SHOWN_S and not self.told_s:
-            self.told_s = best.tau_s - _OWN_S
+        late_s = best.tau_s - _OWN_S
+        if self._shown_s > _SHOWN_S and not self.told_s and late_s > self._set_s:
+            self.told_s = late_s
