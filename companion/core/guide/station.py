@@ -55,7 +55,8 @@ _FILLS = 2.0
 """Of as many radii are those shares where kicks over the rudder turn the boat: each turn sets it aside by some decimetres."""
 _FILLS_MPS, _FILLS_RAD = 0.3, 0.15
 """So much way astern is asked for while kicks turn the bow by more than that: each kick brings way ahead, and one that is only taken back
-leaves her a metre further on after a quarter turn. Light air alone lets her: in a wind she needs the way ahead."""
+leaves her a metre further on after a quarter turn. Light air alone lets her: in a wind she needs the way ahead. Not so in mode drift, whose
+light hand would not close what it opens."""
 _FILLS_FIRM = 0.25
 """From this firmness on none."""
 _SAILS_FROM = 4.0
@@ -230,6 +231,7 @@ class StationKeeper:
         """How much less way ahead is asked for while kicks turn the bow."""
         is_turning = (
             not self._turns_at_rest
+            and not self._drifts
             and self._heading_rad is not None
             and abs(wrap_pi(self._heading_rad - psi_rad)) > _FILLS_RAD
         )
