@@ -30,7 +30,6 @@ _CROSSED_US: Final = 2_000_000
 _TURN_US: Final = 250_000
 """What two serial lines each way and a tick add to the air."""
 _MAX_US: Final = 3_600_000_000
-_THRIFTY_HOUR_US: Final = 36_000_000
 _STRANGE_BYTES: Final = 8
 _QUIET_US: Final = 30_000_000
 _ANSWER_GAP_US: Final = 2_000_000
@@ -58,7 +57,7 @@ class Greeting:
     """Keeps the time of the next HELLO and what it has to say."""
 
     def __init__(self, profile: RadioProfile, rng: random.Random, now_us: int = 0, *, is_vessel: bool = False) -> None:
-        self._is_thrifty = profile.hour_us is not None and profile.hour_us < _THRIFTY_HOUR_US
+        self._is_thrifty = profile.is_thrifty
         self._first_us = _THRIFTY_FIRST_US if self._is_thrifty else _FIRST_US
         self._rng = rng
         self._due_us: int | None = now_us + rng.randrange(_START_US)

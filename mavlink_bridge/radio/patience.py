@@ -21,7 +21,8 @@ _EAGER_US: Final = 50_000
 _PATIENT_TRIES: Final = 14
 _LONG_TRY: Final = 3
 """From this try on there is time for a refusal with its reason: our second question met the answer to the first, and was not heard; each
-further one would do the same."""
+further one would do the same. A stop is hardly ever refused: it waits between the
+shortest answer and the longest, where airtime allows it."""
 _LONG_PLAN_TRIES: Final = (11, 12)
 """The same of a plan, late: a plan is mostly lost, not refused, and waiting longer before would cost half a second at 50 % loss. Two in a
 row, because the first may be the question that met the answer.
@@ -49,7 +50,7 @@ class Patience:
 
     def __init__(self, profile: RadioProfile, clock: AirClock, rng: random.Random) -> None:
         self.turnaround_us = round(profile.link.turnaround_ms * 1e3)
-        self._longest_bytes = profile.max_frame_bytes
+        self._longest_bytes, self._is_thrifty = profile.max_frame_bytes, profile.is_thrifty
         self._clock = clock
         self._rng = rng
         self._slowest_us = {False: 0, True: 0}
@@ -74,15 +75,17 @@ class Patience:
         if item.kind is Kind.PLAN and (item.tries == 1 or not slowest_us):
             base_us += _STORED_LATER_US if slowest_us else STORING_US
         is_late = item.tries >= _LONG_TRY and item.kind in _EXPLAINED
-        if is_late and item.kind in STOPS:
-            # between the shortest answer and the longest: in step with another gateway's questions each of them would be met
+        # in step with another gateway's questions each repeat of a stop would be met
+        is_random = is_late and item.kind in STOPS
+        if is_random and not self._is_thrifty:
             return base_us + self._rng.randrange(max(self.longest_us() + self.longest_us() // 8 - base_us, 1))
         if is_late or (item.kind is Kind.PLAN and item.tries in _LONG_PLAN_TRIES):
             base_us = max(base_us, self.longest_us())
         elif item.tries == 1 and item.kind in _EXPLAINED:
             base_us = max(self.answer_us() - _EAGER_US, slowest_us)
         growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
-        return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
+        spread_us = base_us if is_random and self._is_thrifty else base_us // 8
+        return round(base_us * growth) + self._rng.randrange(max(spread_us, 1)) * (item.tries > 1)
 
     def asks(self, item: Transfer, now_us: int, rhythm: Rhythm | None, between_us: int) -> None:
         """A question goes out. ``between_us``: what is left free between two tries."""

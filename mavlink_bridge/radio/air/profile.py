@@ -25,6 +25,8 @@ _CHANNEL_STEP_MHZ: Final = 0.6
 
 
 _KEY_STATE_BYTES: Final = KEY_BYTES + OVERHEAD
+_THRIFTY_HOUR_US: Final = 36_000_000
+"""One per cent of the time: twelve seconds of repeated orders, at half of the air, are a sixth of it."""
 _BETWEEN_US: Final = 120_000
 """What the shore keeps clear before and after a state of the vessel's."""
 STOP_BYTES: Final = OVERHEAD + 4
@@ -234,6 +236,11 @@ class RadioProfile(_Model):
         """Airtime of one transmitter in an hour; None = no limit."""
         duty = self.band_rule.duty
         return None if duty is None else round(duty * 3_600_000_000)
+
+    @property
+    def is_thrifty(self) -> bool:
+        """Whether each message counts: an order repeated as fast as its answer may come would spend an hour's airtime in seconds."""
+        return self.hour_us is not None and self.hour_us < _THRIFTY_HOUR_US
 
     @property
     def max_frame_bytes(self) -> int:
