@@ -12,6 +12,7 @@ from mavlink_bridge.mavlink.missions.plan_rules import plan_id
 from mavlink_bridge.mavlink.wire.codec import dialect
 from mavlink_bridge.mavlink.wire.payload import payload
 from mavlink_bridge.radio.codec.wire import Kind
+from tests.soaked import in_the_soak
 from tools.benches.lora import compiled, loiter_items, settled, survey_items
 from tools.lora_rig import Rig
 
@@ -224,3 +225,17 @@ def test_where_seven_of_ten_frames_are_lost_a_disarm_comes_aboard_before_the_gat
         rig.pair.air.config = rig.pair.air.config.model_copy(update={"loss": 0.0})
         rig.run(5.173)
     assert missed <= 2
+
+
+@pytest.mark.parametrize("seed", [1, *in_the_soak(2, 3, 4, 5, 6, 7, 8)])
+def test_in_the_thriftiest_band_a_stop_outlasts_a_hole_of_eight_seconds(seed: int) -> None:
+    """Repeats as fast as the shortest answer spent the hour's airtime: no stop came aboard, and none could be given for an hour."""
+    rig = settled("n-0.1", seed=seed)
+    rig.run(7.3 * seed)
+    rig.vessel.executed.clear()
+    rig.pair.air.config = rig.pair.air.config.model_copy(update={"loss": 1.0})
+    rig.twin.submit("stop", Arm(False), rig.now_us)
+    rig.run(8.0)
+    rig.pair.air.config = rig.pair.air.config.model_copy(update={"loss": 0.0})
+    rig.run(13.0)
+    assert rig.vessel.executed

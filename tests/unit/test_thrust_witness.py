@@ -157,7 +157,7 @@ def test_a_steady_way_that_is_all_her_own_bears_the_heading_out(receiver: Receiv
 
 
 def test_a_steady_way_bears_out_headings_near_its_own_alone() -> None:
-    """A compass that iron has magnetised is right on one leg: vouched for round the corner she sailed 47 s by one that was 60 degrees off."""
+    """A compass that iron has magnetised is right on one leg: vouched for round the corner she sailed 47 s by one 60 degrees off."""
     borne_out = BorneOut()
     for _ in range(300):
         borne_out.step(DT_S, 1.0, 1.5, 1.5)
