@@ -53,12 +53,19 @@ as_user() { runuser -u "$user" -- "$@"; }
 told=
 place=
 copy=
+beside=
+aside=
 in_force=
 stopped=
+is_in_force() { [ -n "$place" ] && [ "$(readlink -f "$link")" = "$(readlink -f "$place")" ]; }
 leave() {
     [ "$?" -ne 0 ] || return 0
+    trap '' INT TERM HUP  # a second Ctrl-C would leave half of this undone
+    ! is_in_force || in_force=yes  # or the program would be removed that the service is to start
+    [ -n "$in_force" ] || [ -z "$aside" ] || [ -e "$link" ] || mv -T "$aside" "$link" || say "bring it back: mv -T $aside $link"
+    [ -z "$beside" ] || rm -f "$beside" || true  # what cannot be removed is told, and the service comes all the same
     [ -n "$told" ] || echo "install stopped: see above${in_force:+; the new program is in force, what comes after is not done: run this again}" >&2
-    [ -n "$in_force" ] || rm -rf ${place:+"$place"} ${copy:+"$copy"}
+    [ -n "$in_force" ] || rm -rf ${place:+"$place"} ${copy:+"$copy"} || true
     [ -z "$stopped" ] || systemctl start "$service" || say "start it: systemctl start $service"
 }
 trap leave EXIT
@@ -125,7 +132,11 @@ fi
 # 5. The stores as the old one left them are kept beside, whole or not at all. Then the new one is in force.
 if service_runs; then stopped=yes; systemctl stop "$service"; fi
 before=
-if [ -L "$link" ]; then before=$(readlink -f "$link" || true); elif [ -e "$link" ]; then before=$link-before; fi
+if [ -L "$link" ]; then before=$(readlink -f "$link" || true); elif [ -e "$link" ]; then
+    before=$link-before
+    number=2
+    while [ -e "$before" ]; do before=$link-before.$number; number=$((number + 1)); done
+fi
 if [ -n "$before" ] && ls "$state"/state/*.db >/dev/null 2>&1; then
     kept=$state/state/before-$(basename "$place")
     copy=$kept.new
@@ -136,8 +147,14 @@ if [ -n "$before" ] && ls "$state"/state/*.db >/dev/null 2>&1; then
     mv "$copy" "$kept"
     say "the stores as they were: $kept"
 fi
-[ -L "$link" ] || [ ! -e "$link" ] || mv "$link" "$before"
-ln -sfn "$place" "$link"
+beside=$link.new
+ln -sfT "$place" "$beside" || fail "$beside could not be made (above). Nothing is changed"
+trap '' INT TERM HUP  # or one of them comes when the program is in force and this does not know it yet
+if [ -e "$link" ] && [ ! -L "$link" ]; then
+    aside=$before
+    mv -T "$link" "$before" || fail "$link could not be moved to $before (above). Nothing is changed"
+fi
+mv -T "$beside" "$link" || is_in_force || fail "$link could not be made (above). Nothing is changed"
 in_force=yes
 trap 'fail "interrupted; the new program is in force, what comes after is not done: run this again"' INT TERM HUP
 for old in "$link"-[0-9]*; do
