@@ -22,7 +22,7 @@ from ..io.keeping import AnyStore, MemoryStore, Store, StoreContent
 from ..io.keeping.mark import WorldKind, new_vessel_id
 from ..io.loop import LoopApp, LoopStats, StopFlag, run
 from ..io.recording import Recorder, Recording, new_run_dir
-from ..io.recording.run_folders import free_bytes, make_room
+from ..io.recording.run_folders import free_bytes, make_room, take_back
 from ..io.writer import Writer
 from ..judge import vessel_warnings
 from ..settings import Settings
@@ -90,7 +90,12 @@ def _sail(arguments: argparse.Namespace, settings: Settings) -> int:
             run_dir, max_mb=limits.max_mb, free_floor_mb=limits.free_floor_mb, writer=writer, about=about
         )
         recording = Recording(recorder, clock.utc_us)
-    app = build_app(settings, store=store, recording=recording, about=about)
+    try:
+        app = build_app(settings, store=store, recording=recording, about=about)
+    except BaseException:
+        if recording is not None and arguments.run_dir is None:
+            take_back(run_dir)
+        raise
     log.info("running %s; %s", settings.system.name, _recorded(recording, run_dir))
     for text in app.storage.standing[len(store.warnings) :]:  # the warnings are told like all of them
         log.warning("%s", text)

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import socket
 from collections.abc import Iterable
 from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 
+import config
+from companion.cli import main
 from companion.io.recording.recorder import Recorder
 from companion.io.recording.run_folders import free_bytes, is_brief, make_room, new_run_dir
 
@@ -111,6 +114,29 @@ def test_a_run_of_a_minute_is_a_voyage(base: Path, seconds: float) -> None:
     assert is_brief(lasted(base / OLD[2], 30.0, parts=3))
 
 
+def test_starts_that_end_before_their_first_row_delete_no_voyage(base: Path) -> None:
+    """A port that another program has: the unit starts again for ever, and each start left a folder."""
+    starts = [f"20261123-0000{start:02d}" for start in range(20)]
+    for name in starts:
+        (base / name).mkdir()
+        (base / name / "run.json").write_text("{}")
+        (base / name / "inputs.bin").touch()
+    gone = names(make_room(base, 100 * SIZE, disk, floor_bytes=99 * SIZE))
+    assert gone == [*starts[:-3], *OLD]
+    assert sorted(names(base.iterdir())) == sorted((*NEWEST, *starts[-3:]))
+
+
+@pytest.mark.parametrize(
+    "left", ["inputs.bin", "mavlink.tlog", "events-001.jsonl", "notes.txt", "earlier-1/control.csv"]
+)
+def test_a_run_whose_rows_are_missing_is_a_voyage_by_what_else_it_holds(tmp_path: Path, left: str) -> None:
+    path = tmp_path / left
+    path.parent.mkdir(exist_ok=True)
+    path.write_text("something")
+    (tmp_path / "run.json").write_text("{}")
+    assert not is_brief(tmp_path)
+
+
 @pytest.mark.parametrize("rows", ["", "1.0,3\n\0\0\0\n", "1.0,3\nx"])
 def test_a_run_of_which_nobody_can_tell_is_taken_for_a_voyage(base: Path, rows: str) -> None:
     if rows:
@@ -163,3 +189,18 @@ def test_what_could_not_be_had_is_in_the_log(base: Path, monkeypatch: pytest.Mon
     _make_room(RecordConfig(directory=str(base), max_mb=1 << 30))
     assert "MB for a whole recording" in said[-1]
     assert all((base / name).exists() for name in NEWEST)
+
+
+@pytest.mark.parametrize("own", [True, False])
+def test_a_start_that_fails_leaves_no_folder_but_one_that_was_named(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], own: bool
+) -> None:
+    runs = tmp_path / "runs"
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        url = f"tcp-listen://127.0.0.1:{other.getsockname()[1]}"
+        keys = [f'endpoints=[{{name="gcs", url="{url}"}}]', "store=", f"record.directory={runs}"]
+        words = [word for key in keys for word in ("--set", key)]
+        named = [] if own else ["--run-dir", str(runs / "regatta")]
+        assert main(["run", str(config.path("replay-nmea.toml")), "--duration", "0.1", *words, *named]) == 2
+    assert "in use" in capsys.readouterr().err
+    assert names(runs.iterdir()) == ([] if own else ["regatta"])

@@ -93,13 +93,29 @@ def is_brief(run_dir: Path) -> bool:
     """Whether a run surely holds less than a minute; one of which that cannot be told is taken for a voyage."""
     try:
         parts = parts_of(run_dir / "control.csv")
-        if not parts or sum(part.stat().st_size for part in parts) > _BRIEF_BYTES:
+        if not parts:
+            return _is_bare(run_dir)
+        if sum(part.stat().st_size for part in parts) > _BRIEF_BYTES:
             return False
         rows = (row for part in parts for row in part.read_bytes().splitlines()[1:])
         times_s = [float(row.partition(b",")[0]) for row in rows]
     except (OSError, ValueError):
         return False
     return not times_s or max(times_s) - times_s[0] < BRIEF_S
+
+
+def _is_bare(run_dir: Path) -> bool:
+    """Whether a start ended before anything was recorded, or its files were never more than names."""
+    about = run_dir / "run.json"
+    others = [path for path in run_dir.iterdir() if path != about]
+    return about.is_file() and all(path.is_file() and not path.stat().st_size for path in others)
+
+
+def take_back(run_dir: Path) -> None:
+    """Remove the folder of a start that failed before it recorded anything; an attempt each second would fill a card with them."""
+    with contextlib.suppress(OSError):
+        if _is_bare(run_dir):
+            shutil.rmtree(run_dir, ignore_errors=True)
 
 
 def make_room(
