@@ -137,6 +137,35 @@ def test_a_run_whose_rows_are_missing_is_a_voyage_by_what_else_it_holds(tmp_path
     assert not is_brief(tmp_path)
 
 
+def wide(run_dir: Path, seconds: float, *, end: str = "") -> Path:
+    """Give a run rows as wide as real ones, ten in a second."""
+    rows = [f"{500.0 + tenth / 10:.3f},{'7' * 300}\n" for tenth in range(round(seconds * 10) + 1)]
+    (run_dir / "control.csv").write_text("".join(["t_s,tick\n", *rows, end]))
+    return run_dir
+
+
+@pytest.mark.parametrize("end", ["", "5", "530.1,77"])
+def test_a_long_file_is_known_by_its_ends_wherever_a_power_cut_tore_it(base: Path, end: str) -> None:
+    assert is_brief(wide(base / OLD[0], 59.0, end=end))
+    assert not is_brief(wide(base / OLD[1], 61.0, end=end))
+    assert not is_brief(wide(base / OLD[2], 3.0, end="x" * 9_000)), "no row at its end"
+
+
+@pytest.mark.skipif(not Path("/proc/self/io").exists(), reason="what a process reads is counted by Linux only")
+@pytest.mark.parametrize(("brief", "looks"), [(0, 45), (35, 10)])
+def test_a_start_with_years_of_runs_reads_little_of_them(tmp_path: Path, brief: int, looks: int) -> None:
+    """Each had been read from end to end before the boat was there."""
+
+    def read_bytes() -> int:
+        return int(Path("/proc/self/io").read_text().split()[1])
+
+    lasting = [50.0] * brief + [500.0] * (40 - brief)
+    runs = [wide(add_run(tmp_path, f"20260101-0000{number:02d}"), seconds) for number, seconds in enumerate(lasting)]
+    before = read_bytes()
+    assert make_room(tmp_path, 2 * SIZE, lambda base: disk(base, 41)) == runs[:1]
+    assert read_bytes() - before < looks * 10_000
+
+
 @pytest.mark.parametrize("rows", ["", "1.0,3\n\0\0\0\n", "1.0,3\nx"])
 def test_a_run_of_which_nobody_can_tell_is_taken_for_a_voyage(base: Path, rows: str) -> None:
     if rows:

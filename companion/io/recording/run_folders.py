@@ -11,8 +11,9 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from datetime import UTC, datetime
+from itertools import islice
 from pathlib import Path
 from typing import Final
 
@@ -24,6 +25,8 @@ BRIEF_S: Final = 60.0
 """A run shorter than this is a start that came to nothing: a hundred of them, one after another, hold no voyage."""
 _BRIEF_BYTES: Final = 2 << 20
 """A minute of control rows at the fastest rate has less; more is not even read."""
+_END_BYTES: Final = 4096
+"""What is read of a part at either end: some rows, so that the last is known where a power cut has torn one."""
 _NAME: Final = re.compile(r"\d{8}-\d{6}(-\d{1,3})?")
 _STAMP: Final = "%Y%m%d-%H%M%S"
 _CLOCK_WAS_SET: Final = "2020"
@@ -97,8 +100,7 @@ def is_brief(run_dir: Path) -> bool:
             return _is_bare(run_dir)
         if sum(part.stat().st_size for part in parts) > _BRIEF_BYTES:
             return False
-        rows = (row for part in parts for row in part.read_bytes().splitlines()[1:])
-        times_s = [float(row.partition(b",")[0]) for row in rows]
+        times_s = [time_s for part in parts for time_s in _times_at_ends(part)]
     except (OSError, ValueError):
         return False
     return not times_s or max(times_s) - times_s[0] < BRIEF_S
@@ -109,6 +111,23 @@ def _is_bare(run_dir: Path) -> bool:
     about = run_dir / "run.json"
     others = [path for path in run_dir.iterdir() if path != about]
     return about.is_file() and all(path.is_file() and not path.stat().st_size for path in others)
+
+
+def _times_at_ends(part: Path) -> list[float]:
+    """The times of a part's first rows and of its last: the clock of a run only goes on. Raises OSError and ValueError."""
+    with part.open("rb") as file:
+        size = file.seek(0, os.SEEK_END)
+        file.seek(0)
+        if size <= 2 * _END_BYTES:
+            rows = file.read().splitlines()[1:]
+        else:
+            first = file.read(_END_BYTES).splitlines()[1:-1]
+            file.seek(-_END_BYTES, os.SEEK_END)
+            last = file.read().splitlines()[1:]
+            if not first or not last:
+                raise ValueError("rows of no run")
+            rows = first + last
+    return [float(row.partition(b",")[0]) for row in rows]
 
 
 def take_back(run_dir: Path) -> None:
@@ -139,7 +158,7 @@ def make_room(
         most = free(base) + spared_bytes + sum(map(_size, runs))
         if most < wanted_bytes:
             wanted_bytes = min(most, floor_bytes + max(most - floor_bytes, 0) // 2)
-        for run_dir in runs:
+        for run_dir in _brief_first(runs):
             if free(base) + spared_bytes >= wanted_bytes:
                 break
             if is_held(run_dir):
@@ -153,9 +172,9 @@ def make_room(
 
 
 def _runs(base: Path) -> tuple[list[Path], list[Path]]:
-    """Those that may go, the first to go first, and the brief ones that stay.
+    """Those that may go, the oldest first, and the brief ones that stay.
 
-    Brief ones go before the others, those of which nobody knows when they were after the others of their kind.
+    Those of which nobody knows when they were come after the others.
     """
     if not base.is_dir():
         return [], []
@@ -163,12 +182,22 @@ def _runs(base: Path) -> tuple[list[Path], list[Path]]:
     ages = sorted((_age(path), path) for path in found if (path / "run.json").is_file())
     dated = [path for (stamp, _), path in ages if stamp >= _CLOCK_WAS_SET]
     undated = [path for (stamp, _), path in ages if stamp < _CLOCK_WAS_SET]
-    brief = {path for _, path in ages if is_brief(path)}
     kept: set[Path] = set()
     for group in (dated, undated):
-        kept |= {*group[-KEPT_RUNS:], *[path for path in group if path not in brief][-KEPT_RUNS:]}
-    may_go = [path for path in (*dated, *undated) if path not in kept]
-    return sorted(may_go, key=lambda path: path not in brief), sorted(kept & brief)
+        voyages = (path for path in reversed(group) if not is_brief(path))
+        kept |= {*group[-KEPT_RUNS:], *islice(voyages, KEPT_RUNS)}
+    return [path for path in (*dated, *undated) if path not in kept], sorted(filter(is_brief, kept))
+
+
+def _brief_first(runs: Iterable[Path]) -> Iterator[Path]:
+    """Give the runs as they go, each looked into at its turn only: a boat with years of runs must be there at once."""
+    voyages = []
+    for run_dir in runs:
+        if is_brief(run_dir):
+            yield run_dir
+        else:
+            voyages.append(run_dir)
+    yield from voyages
 
 
 def _age(run_dir: Path) -> tuple[str, int]:
