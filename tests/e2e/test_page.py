@@ -196,6 +196,7 @@ def test_hold_and_disarm_with_the_key_only_and_not_heard_is_said(boat: Boat, pho
     assert phone.text("hold") == ""
     use_key(phone, "a wrong key, surely")
     assert phone.text("said") == "Key: refused: wrong key"
+    assert not phone.run(KEYED), "a wrong key is forgotten"
     use_key(phone)
     assert "right" in phone.text("said")
     obeyed(phone, "Hold", lambda: phone.press("hold"))
@@ -233,6 +234,39 @@ def test_hold_and_disarm_with_the_key_only_and_not_heard_is_said(boat: Boat, pho
     assert not [each for each in sent if secret in each or WORDS in each]
     told = {("set mode mode hold", "127.0.0.1", "page key"), ("disarm", "127.0.0.1", "page key")}
     phone.until(lambda: orders_by_the_page(boat) == told, 20.0)  # the file is written once a second
+
+
+KEYED = "document.body.classList.contains('keyed')"
+CHECKS_KEPT = """
+window.checks = []; window.checked = 0;
+const soon = window.fetch;
+window.fetch = async (path, given) => {
+  if (path !== "/order" || JSON.parse(given.body).order !== "check") return soon(path, given);
+  await new Promise((go) => checks.push(go));
+  const found = await soon(path, given);
+  setTimeout(() => { checked += 1; }, 300);
+  return found;
+};
+undefined
+"""
+"""Tries of a key are on their way until they are let go."""
+
+
+def test_a_key_is_forgotten_for_being_wrong_only_and_its_check_hides_no_order(boat: Boat, phone: Browser) -> None:
+    live(phone, boat.url)
+    phone.run(CHECKS_KEPT)
+    for number, words in enumerate(("a wrong key, surely", WORDS), start=1):
+        phone.run("document.getElementById('key').focus()")
+        phone.type(words)
+        phone.key("Enter", 13, "\r")
+        phone.until(lambda number=number: phone.run("checks.length") == number)
+        if number == 1:
+            phone.run("document.getElementById('forget').click(); 1")
+    obeyed(phone, "Hold", lambda: phone.press("hold"))
+    phone.run("for (const go of checks) go()")
+    phone.until(lambda: phone.run("checked") == 2)
+    assert phone.run(KEYED), "neither by another key's check, nor by one that an order went past"
+    assert phone.text("said").startswith("Hold: obeyed at ")
 
 
 KEPT = """

@@ -255,7 +255,7 @@
     else if (found.refused) tell(`${words}: refused: ${found.refused}`, "bad");
     else if (found.outcome !== "obeyed") tell(`${words}: ${found.outcome}`, "bad");
     else {
-      tell(`${words}: obeyed at ${at}${late ? ", late" : ""}`, "good");
+      tell(name === "check" ? `${words}: right, orders are ready` : `${words}: obeyed at ${at}${late ? ", late" : ""}`, "good");
       if (number === newest && name !== "check") obeyed = { name, t_s: found.t_s, state: null };
     }
     return found;
@@ -288,8 +288,8 @@
     Sha.pbkdf2(bytes(phrase), bytes("usv-companion page"), ROUNDS, async (made) => {
       keep(made);
       const found = await order("check", "Key");
-      if (found && !found.refused) said("Key: right, orders are ready", "good");
-      else if (found) keep(null);
+      // Any other refusal says nothing of the key: an order went past the check, or the boat has been started again.
+      if (found && found.refused === "wrong key" && key === made) keep(null);
     });
   };
   $("forget").onclick = () => { keep(null); said(""); };
