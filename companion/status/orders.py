@@ -1,9 +1,10 @@
 """Orders of the page: Hold and Disarm, by challenge and response, judged aboard. No I/O, no clock.
 
 The page asks for a challenge, answers it with HMAC-SHA-256 under the page's key (RFC 2104, FIPS 180-4) over purpose, vessel, nonce
-and order, and the vessel carries the order out once, within the challenge's life. The key crosses no link; whoever carries the messages,
-the page's own server too, can drop them and nothing else. A challenge costs the vessel no memory: it knows its own by a tag. The
-vessel's answer carries a tag of the same key, so that nobody can pretend that it has obeyed.
+and order, and the vessel carries the order out once, within the challenge's life; who says it again is told the same answer again.
+The key crosses no link; whoever carries the messages, the page's own server too, can drop them and nothing else. A challenge costs the
+vessel no memory: it knows its own by a tag. The vessel's answer carries a tag of the same key, so that nobody can pretend that it has
+obeyed.
 """
 
 from __future__ import annotations
@@ -12,8 +13,9 @@ import hashlib
 import hmac
 from collections import deque
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from enum import Enum
-from typing import Final, NamedTuple, assert_never
+from typing import Any, Final, NamedTuple, assert_never
 
 from mavlink_bridge.language.messages import Mode
 from mavlink_bridge.language.requests import Arm, RequestBody, SetMode
@@ -55,6 +57,33 @@ class RefusedOrder(NamedTuple):
     why: str
 
 
+@dataclass(slots=True)
+class HeardOrder:
+    """An order that has come already, for whoever says it again: a browser does so when its connection breaks before the answer."""
+
+    order: str
+    page: str
+    nonce: str
+    taken_us: int
+    answer: dict[str, Any] | None = None
+    """What the vessel said to it; None until then."""
+    waiting: list[Callable[[dict[str, Any]], None]] = field(default_factory=list)
+
+    def tell(self, say: Callable[[dict[str, Any]], None]) -> None:
+        """Say the answer, now or as soon as there is one."""
+        if self.answer is None:
+            self.waiting.append(say)
+        else:
+            say(self.answer)
+
+    def answered(self, answer: dict[str, Any]) -> None:
+        """Keep the answer, and say it to all who wait."""
+        self.answer = answer
+        for say in self.waiting:
+            say(answer)
+        self.waiting.clear()
+
+
 def tag(key: bytes, purpose: str, *parts: str) -> str:
     """The tag of a message under a key, hexadecimal. Parts hold no line ends, so that no two messages are one text."""
     return hmac.new(key, "\n".join((purpose, *parts)).encode(), hashlib.sha256).hexdigest()
@@ -71,8 +100,9 @@ class Challenges:
         self.vessel = vessel
         self._random = random_fn
         self._own = random_fn(32)
-        self._used: deque[tuple[int, str, str]] = deque()
-        self._used_nonces: set[str] = set()
+        self._used: deque[HeardOrder] = deque()
+        self._heard: dict[str, HeardOrder] = {}
+        """The orders that have come within one life, by their nonces."""
         self._newest: dict[str, str] = {}
         """Of each page that has ordered within one life, when the youngest challenge of its orders was made."""
 
@@ -81,8 +111,10 @@ class Challenges:
         body = f"{now_us:016x}{self._random(8).hex()}"
         return body + self._mark(body)
 
-    def judge(self, order: str, nonce: str, response: str, now_us: int, *, page: str = "") -> PageOrder | RefusedOrder:
-        """Return the order when the response is right, fresh and new; else why it is refused.
+    def judge(
+        self, order: str, nonce: str, response: str, now_us: int, *, page: str = ""
+    ) -> PageOrder | HeardOrder | RefusedOrder:
+        """Return the order when the response is right, fresh and new; what has been heard already; else why it is refused.
 
         ``page``: which open page says it, by a name of its own choice; "" is none. An order that was held up on the way is refused
         when a later one of the same page has come before it; other pages' orders are other people's, and stand.
@@ -91,20 +123,35 @@ class Challenges:
             return RefusedOrder("no key aboard: the page only shows")
         if len(nonce) != 64 or not hmac.compare_digest(nonce[32:].encode(), self._mark(nonce[:32]).encode()):
             return RefusedOrder("not a challenge of this vessel's life: press again")
+        self._forget(now_us)
+        is_right = hmac.compare_digest(tag(self.key, _ASK, self.vessel, nonce, order).encode(), response.encode())
+        earlier = self._heard.get(nonce)
+        if earlier is not None and is_right and earlier.order == order:
+            return earlier
         if not 0 <= now_us - int(nonce[:16], 16) <= LIFE_US:
             return RefusedOrder("too late: press again")
-        right = tag(self.key, _ASK, self.vessel, nonce, order)
-        if not hmac.compare_digest(right.encode(), response.encode()):
+        if not is_right:
             return RefusedOrder("wrong key")
-        if not self._is_new(nonce, now_us):
+        if earlier is not None:
             return RefusedOrder("heard before: press again")
+        if len(self._used) >= _MOST_USED:
+            return RefusedOrder("too many orders: press again")
         if page and nonce[:16] < self._newest.get(page, ""):
             return RefusedOrder("a later order came first: press again")
-        self._take(nonce, page, now_us)
         try:
-            return PageOrder(order)
+            known = PageOrder(order)
         except ValueError:
             return RefusedOrder("the page may order Hold and Disarm only")
+        self._take(HeardOrder(order, page, nonce, now_us))
+        return known
+
+    def answered(self, nonce: str, outcome: str, **more: float | None) -> dict[str, Any]:
+        """The vessel's answer to an order, with what proves it to whoever has the key; kept, to be the same when it is asked again."""
+        answer = {"outcome": outcome, "tag": self.answer_tag(nonce, outcome), **more}
+        heard = self._heard.get(nonce)
+        if heard is not None:
+            heard.answered(answer)
+        return answer
 
     def answer_tag(self, nonce: str, outcome: str) -> str:
         """What proves the vessel's answer to whoever has the key."""
@@ -113,16 +160,15 @@ class Challenges:
     def _mark(self, body: str) -> str:
         return hmac.new(self._own, body.encode(), hashlib.sha256).hexdigest()[:32]
 
-    def _is_new(self, nonce: str, now_us: int) -> bool:
-        while self._used and now_us - self._used[0][0] > LIFE_US:
-            _, dead, page = self._used.popleft()
-            self._used_nonces.discard(dead)
-            if self._newest.get(page) == dead[:16]:
-                del self._newest[page]
-        return nonce not in self._used_nonces and len(self._used) < _MOST_USED
+    def _forget(self, now_us: int) -> None:
+        while self._used and now_us - self._used[0].taken_us > LIFE_US:
+            dead = self._used.popleft()
+            del self._heard[dead.nonce]
+            if self._newest.get(dead.page) == dead.nonce[:16]:
+                del self._newest[dead.page]
 
-    def _take(self, nonce: str, page: str, now_us: int) -> None:
-        self._used.append((now_us, nonce, page))
-        self._used_nonces.add(nonce)
-        if page:
-            self._newest[page] = nonce[:16]
+    def _take(self, heard: HeardOrder) -> None:
+        self._used.append(heard)
+        self._heard[heard.nonce] = heard
+        if heard.page:
+            self._newest[heard.page] = heard.nonce[:16]

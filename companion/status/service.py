@@ -18,7 +18,7 @@ from mavlink_bridge.language.snapshot import Snapshot
 from mavlink_bridge.language.stations import Station
 
 from ..io.local_socket import LocalPeer, LocalServer
-from .orders import Challenges, PageOrder, RefusedOrder, body_of
+from .orders import Challenges, HeardOrder, PageOrder, RefusedOrder, body_of
 from .picture import dumps, picture_of
 
 PROTOCOL: Final = 1
@@ -176,24 +176,27 @@ class StatusService:
             self._wrong(judged, host[:_HOST_MAX], now_us)
             watcher.replies.append(_line({"id": number, "refused": judged.why}))
             return
-        station = Station(0, 0, PAGE_LINK, host[:_HOST_MAX], bystander=True)
+
+        def say(answer: dict[str, Any]) -> None:
+            watcher.replies.append(_line({"id": number, "answer": answer}))
+
+        if isinstance(judged, HeardOrder):
+            judged.tell(say)
+            return
+        self._carry_out(judged, nonce, host[:_HOST_MAX], say)
+
+    def _carry_out(self, order: PageOrder, nonce: str, host: str, say: Callable[[dict[str, Any]], None]) -> None:
+        """Ask it of the vessel; the answer says what the vessel has done, with a tag that nobody without the key can make."""
 
         def answer(reply: Reply) -> None:
-            watcher.replies.append(self._answered(number, nonce, reply))
+            outcome = "obeyed" if reply.result is Result.ACCEPTED else f"refused: {reply.reason}"
+            say(self._challenges.answered(nonce, outcome, t_s=self._t_s, utc_s=self._utc_s))
 
-        body = body_of(judged)
+        body = body_of(order)
         if body is None:
             answer(ACCEPTED)
         else:
-            self._owner.submit(body, answer, station=station)
-
-    def _answered(self, number: int, nonce: str, reply: Reply) -> bytes:
-        """What the vessel has done, with a tag that nobody without the key can make."""
-        outcome = "obeyed" if reply.result is Result.ACCEPTED else f"refused: {reply.reason}"
-        proof = self._challenges.answer_tag(nonce, outcome)
-        return _line(
-            {"id": number, "answer": {"outcome": outcome, "tag": proof, "t_s": self._t_s, "utc_s": self._utc_s}}
-        )
+            self._owner.submit(body, answer, station=Station(0, 0, PAGE_LINK, host, bystander=True))
 
     def _wrong(self, refused: RefusedOrder, host: str, now_us: int) -> None:
         """Somebody tries keys: told once a minute, however many times."""

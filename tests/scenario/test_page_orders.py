@@ -15,7 +15,7 @@ import pytest
 
 from companion.io.local_socket import LocalServer
 from companion.status.client import Client
-from companion.status.orders import LIFE_US, Challenges, PageOrder, RefusedOrder
+from companion.status.orders import LIFE_US, Challenges, HeardOrder, PageOrder, RefusedOrder
 from companion.status.service import StatusService
 from mavlink_bridge.language.messages import Action, Mode
 from tests.scenario.test_station_lost import AUTO, SET_MODE, under_way
@@ -113,8 +113,49 @@ def test_nothing_is_obeyed_without_the_key_too_late_twice_or_as_another_order(tm
     response = answer_to(first, "hold")
     assert "answer" in page.ask(ask="order", order="hold", nonce=first["nonce"], response=response)
     assert page.helm.command(SET_MODE, 1.0, AUTO) == 0
-    assert "heard before" in page.ask(ask="order", order="hold", nonce=first["nonce"], response=response)["refused"]
+    disarm = answer_to(first, "disarm")
+    assert "heard before" in page.ask(ask="order", order="disarm", nonce=first["nonce"], response=disarm)["refused"]
+    page.ask(ask="order", order="hold", nonce=first["nonce"], response=response)
     assert page.helm.world.app.vehicle.parts.navigator.mode is Mode.AUTO
+    assert page.helm.world.app.vehicle.controls.armed
+
+
+@pytest.mark.parametrize("order", ["hold", "check"])
+@pytest.mark.parametrize("later", [(), ("disarm",)])
+def test_an_order_that_is_said_again_is_answered_as_the_first_time_and_carried_out_once(
+    order: str, later: tuple[str, ...], tmp_path: Path
+) -> None:
+    """A browser says it again when its connection broke before the answer: at once, and when the challenge is long dead."""
+    page = Page(under_way(), tmp_path)
+    challenge = page.challenge()
+    page.helm.run(LIFE_US * 1e-6 - 1.0)
+    words = {"order": order, "nonce": challenge["nonce"], "response": answer_to(challenge, order)}
+    page.client.ask(id=6, ask="order", page="a", **words)  # the same tick brings it twice
+    first = page.ask(ask="order", page="a", **words)
+    assert first["answer"]["outcome"] == "obeyed"
+    for each in later:
+        assert page.order(each)["answer"]["outcome"] == "obeyed"
+    page.helm.run(2.0)
+    assert page.ask(ask="order", page="a", **words)["answer"] == first["answer"]
+    assert page.helm.texts().count("Hold: ordered by the page") == (order == "hold")
+    page.helm.run(LIFE_US * 1e-6)
+    assert "too late" in page.ask(ask="order", page="a", **words)["refused"]
+
+
+def test_a_refusal_of_the_vessel_is_told_again_too() -> None:
+    """What it refuses is no order that was heard before, and the answer waits for the vessel's tick as the first one does."""
+    challenges = Challenges(KEY, VESSEL, random.Random(9).randbytes)
+    nonce = challenges.challenge(0)
+    words = answer_to({"vessel": VESSEL, "nonce": nonce}, "hold")
+    assert challenges.judge("hold", nonce, words, 0) is PageOrder.HOLD
+    again = challenges.judge("hold", nonce, words, 1)
+    assert isinstance(again, HeardOrder)
+    told: list[dict[str, Any]] = []
+    again.tell(told.append)
+    assert told == []
+    answer = challenges.answered(nonce, "refused: no position", t_s=0.1)
+    again.tell(told.append)
+    assert told == [answer, answer]
 
 
 def test_an_order_that_was_held_up_does_not_overtake_a_later_one_of_the_same_page(tmp_path: Path) -> None:
