@@ -1,10 +1,10 @@
 """Orders of the page: Hold and Disarm, by challenge and response, judged aboard. No I/O, no clock.
 
-The page asks for a challenge, answers it with HMAC-SHA-256 under the page's key (RFC 2104, FIPS 180-4) over purpose, vessel, nonce
-and order, and the vessel carries the order out once, within the challenge's life; who says it again is told the same answer again.
-The key crosses no link; whoever carries the messages, the page's own server too, can drop them and nothing else. A challenge costs the
-vessel no memory: it knows its own by a tag. The vessel's answer carries a tag of the same key, so that nobody can pretend that it has
-obeyed.
+The page asks for a challenge, answers it with HMAC-SHA-256 under the page's key (RFC 2104, FIPS 180-4) over purpose, vessel, nonce,
+order and the page's own name, and the vessel carries the order out once, within the challenge's life; who says it again is told the
+same answer again. The key crosses no link; whoever carries the messages, the page's own server too, can drop them, and hold them up for
+that life, and nothing else. A challenge costs the vessel no memory: it knows its own by a tag. The vessel's answer carries a tag of the
+same key, so that nobody can pretend that it has obeyed.
 """
 
 from __future__ import annotations
@@ -22,7 +22,9 @@ from mavlink_bridge.language.requests import Arm, RequestBody, SetMode
 
 LIFE_US: Final = 5_000_000
 """A challenge older than this is dead: more than a press, a slow link and a slow telephone need together."""
-_ASK: Final = "usv-companion page order 1"
+_ASK: Final = "usv-companion page order 2"
+_ASK_NAMELESS: Final = "usv-companion page order 1"
+"""Of a page without a name, or one that was loaded before names were proved: its Hold is obeyed until somebody loads it again."""
 _TELL: Final = "usv-companion page answer 1"
 """What a tag is for; one of an order is none of an answer."""
 _MOST_USED: Final = 4096
@@ -89,6 +91,11 @@ def tag(key: bytes, purpose: str, *parts: str) -> str:
     return hmac.new(key, "\n".join((purpose, *parts)).encode(), hashlib.sha256).hexdigest()
 
 
+def _is_same(one: str, other: str) -> bool:
+    """In a time that tells nothing of where they differ."""
+    return hmac.compare_digest(one.encode(), other.encode())
+
+
 class Challenges:
     """Challenges of one vessel in one life of its process. ``key`` None: no order is taken.
 
@@ -116,15 +123,17 @@ class Challenges:
     ) -> PageOrder | HeardOrder | RefusedOrder:
         """Return the order when the response is right, fresh and new; what has been heard already; else why it is refused.
 
-        ``page``: which open page says it, by a name of its own choice; "" is none. An order that was held up on the way is refused
-        when a later one of the same page has come before it; other pages' orders are other people's, and stand.
+        ``page``: which page says it, by a name of its own choice; one that is not under the response's tag is none. An order that was
+        held up on the way is refused when a later one of the same page has come before it; other pages' are other people's, and stand.
         """
         if self.key is None:
             return RefusedOrder("no key aboard: the page only shows")
-        if len(nonce) != 64 or not hmac.compare_digest(nonce[32:].encode(), self._mark(nonce[:32]).encode()):
+        if len(nonce) != 64 or not _is_same(nonce[32:], self._mark(nonce[:32])):
             return RefusedOrder("not a challenge of this vessel's life: press again")
         self._forget(now_us)
-        is_right = hmac.compare_digest(tag(self.key, _ASK, self.vessel, nonce, order).encode(), response.encode())
+        asked = (self.vessel, nonce, order)
+        named = _is_same(tag(self.key, _ASK, *asked, page), response)
+        is_right = named or _is_same(tag(self.key, _ASK_NAMELESS, *asked), response)
         earlier = self._heard.get(nonce)
         if earlier is not None and is_right and earlier.order == order:
             return earlier
@@ -136,6 +145,7 @@ class Challenges:
             return RefusedOrder("heard before: press again")
         if len(self._used) >= _MOST_USED:
             return RefusedOrder("too many orders: press again")
+        page = page if named else ""
         if page and nonce[:16] < self._newest.get(page, ""):
             return RefusedOrder("a later order came first: press again")
         try:

@@ -404,6 +404,69 @@ def test_a_picture_of_before_the_order_is_no_news_of_it(boat: Boat, phone: Brows
     assert shown(1.0, "Manual") == "ARMED, Manual", "started again: what she did before is gone"
 
 
+ORDERS_SEEN = """
+window.names = [];
+const unnamed = window.fetch;
+window.fetch = (path, given) => {
+  if (path === "/order") names.push(JSON.parse(given.body).page);
+  return unnamed(path, given);
+};
+undefined
+"""
+"""The names by which the page gives its orders."""
+ANSWERED = """
+window.answered_s = 0;
+const unheard = window.fetch;
+window.fetch = async (...asked) => {
+  const found = await unheard(...asked);
+  const told = (await found.clone().json()).answer;
+  if (told) answered_s = told.t_s;
+  return found;
+};
+undefined
+"""
+"""When, by the vessel's clock, it answered last."""
+
+
+@pytest.mark.parametrize("pictures", [[0.3], [0.1, 0.3]])
+def test_a_hold_is_green_no_more_when_she_is_disarmed_however_soon(
+    pictures: list[float], boat: Boat, phone: Browser
+) -> None:
+    """She drifts in mode Hold: another telephone's Disarm, or one of before that was on its way."""
+    phone.call("Page.addScriptToEvaluateOnNewDocument", source=SERVED)
+    live(phone, boat.url)
+    use_key(phone)
+    phone.run(CUT)
+    phone.run(ANSWERED)
+    phone.run("cut()")
+    obeyed(phone, "Hold", lambda: phone.press("hold"))
+    for after_s in (-0.1, *pictures):
+        last = after_s == pictures[-1]
+        picture = json.dumps({"t_s": phone.run("answered_s") + after_s, "mode": "Hold", "armed": not last})
+        phone.run(f"streams.at(-1).onmessage({{data: {json.dumps(picture)}}})")
+        assert phone.text("said").endswith("; then disarmed, Hold") == last
+    assert phone.run("document.getElementById('said').className") == "past"
+
+
+def test_an_order_from_before_the_page_was_loaded_again_does_not_follow_a_later_one(boat: Boat, phone: Browser) -> None:
+    """It is on its way all the same: the tab has one name, however often the page is loaded."""
+    live(phone, boat.url)
+    use_key(phone)
+    names = []
+    for _ in range(2):
+        live(phone, boat.url)
+        phone.run(ORDERS_SEEN)
+        obeyed(phone, "Hold", lambda: phone.press("hold"))
+        names += phone.run("names")
+    assert len(set(names)) == 1
+    phone.run("sessionStorage.clear()")
+    live(phone, boat.url)
+    use_key(phone)
+    phone.run(ORDERS_SEEN)
+    obeyed(phone, "Hold", lambda: phone.press("hold"))
+    assert phone.run("names")[0] not in names, "another tab is another page"
+
+
 SLEPT = """(() => {
   const wall = Date.now;
   Date.now = () => wall() + 300000;

@@ -25,9 +25,9 @@ KEY = bytes(range(32))
 VESSEL = "5a" * 16
 
 
-def answer_to(challenge: dict[str, str], order: str, key: bytes = KEY) -> str:
+def answer_to(challenge: dict[str, str], order: str, key: bytes = KEY, page: str = "") -> str:
     """The page's response, as docs/PAGE.md words it."""
-    text = f"usv-companion page order 1\n{challenge['vessel']}\n{challenge['nonce']}\n{order}"
+    text = f"usv-companion page order 2\n{challenge['vessel']}\n{challenge['nonce']}\n{order}\n{page}"
     return hmac.new(key, text.encode(), hashlib.sha256).hexdigest()
 
 
@@ -129,7 +129,7 @@ def test_an_order_that_is_said_again_is_answered_as_the_first_time_and_carried_o
     page = Page(under_way(), tmp_path)
     challenge = page.challenge()
     page.helm.run(LIFE_US * 1e-6 - 1.0)
-    words = {"order": order, "nonce": challenge["nonce"], "response": answer_to(challenge, order)}
+    words = {"order": order, "nonce": challenge["nonce"], "response": answer_to(challenge, order, page="a")}
     page.client.ask(id=6, ask="order", page="a", **words)  # the same tick brings it twice
     first = page.ask(ask="order", page="a", **words)
     assert first["answer"]["outcome"] == "obeyed"
@@ -168,7 +168,7 @@ def test_an_order_that_was_held_up_does_not_overtake_a_later_one_of_the_same_pag
         (hold, "hold", "obeyed"),
         (disarm, "disarm", "a later order came first: press again"),
     ):
-        words = {"order": order, "nonce": challenge["nonce"], "response": answer_to(challenge, order)}
+        words = {"order": order, "nonce": challenge["nonce"], "response": answer_to(challenge, order, page="a")}
         found = page.ask(ask="order", page="a", **words)
         assert found.get("refused", found.get("answer", {}).get("outcome")) == outcome
     assert page.helm.world.app.vehicle.controls.armed
@@ -180,9 +180,30 @@ def test_an_order_is_not_held_back_by_somebody_elses(one: str, other: str, tmp_p
     page = Page(under_way(), tmp_path)
     disarm, hold = page.challenge(), page.challenge()
     for challenge, order, name in ((hold, "hold", one), (disarm, "disarm", other)):
-        words = {"order": order, "nonce": challenge["nonce"], "response": answer_to(challenge, order)}
+        words = {"order": order, "nonce": challenge["nonce"], "response": answer_to(challenge, order, page=name)}
         assert page.ask(ask="order", page=name, **words)["answer"]["outcome"] == "obeyed"
     assert not page.helm.world.app.vehicle.controls.armed
+
+
+@pytest.mark.parametrize("name", ["", "b", "a\n"])
+def test_nobody_on_the_way_gives_an_order_another_pages_name(name: str, tmp_path: Path) -> None:
+    """Else whoever carries a Disarm could hold it up, and let it follow the Hold that was pressed after it."""
+    page = Page(under_way(), tmp_path)
+    disarm, hold = page.challenge(), page.challenge()
+    words = {"order": "hold", "nonce": hold["nonce"], "response": answer_to(hold, "hold", page="a")}
+    assert page.ask(ask="order", page="a", **words)["answer"]["outcome"] == "obeyed"
+    words = {"order": "disarm", "nonce": disarm["nonce"], "response": answer_to(disarm, "disarm", page="a")}
+    assert "refused" in page.ask(ask="order", page=name, **words)
+    assert page.helm.world.app.vehicle.controls.armed
+
+
+def test_a_page_that_was_loaded_before_names_were_proved_is_obeyed(tmp_path: Path) -> None:
+    page = Page(under_way(), tmp_path)
+    challenge = page.challenge()
+    text = f"usv-companion page order 1\n{VESSEL}\n{challenge['nonce']}\nhold"
+    response = hmac.new(KEY, text.encode(), hashlib.sha256).hexdigest()
+    found = page.ask(ask="order", order="hold", nonce=challenge["nonce"], response=response, page="a")
+    assert found["answer"]["outcome"] == "obeyed"
 
 
 def test_what_is_kept_of_pages_lives_no_longer_than_their_orders() -> None:
@@ -191,7 +212,7 @@ def test_what_is_kept_of_pages_lives_no_longer_than_their_orders() -> None:
     for number in range(2_000):
         now_us = number * LIFE_US
         nonce = challenges.challenge(now_us)
-        words = answer_to({"vessel": VESSEL, "nonce": nonce}, "hold")
+        words = answer_to({"vessel": VESSEL, "nonce": nonce}, "hold", page=f"{number}")
         assert challenges.judge("hold", nonce, words, now_us, page=f"{number}") is PageOrder.HOLD
     assert len(challenges._newest) <= 2
 

@@ -214,6 +214,11 @@
 
   // ---- orders
 
+  // With this tab, also when it is loaded again; a browser may keep nothing.
+  function stored(name) { try { return sessionStorage.getItem(name); } catch { return null; } }
+  function store(name, value) {
+    try { if (value) sessionStorage.setItem(name, value); else sessionStorage.removeItem(name); } catch { /* not kept */ }
+  }
   const bytes = (words) => new TextEncoder().encode(words);
   const tag = (purpose, ...parts) => Sha.hex(Sha.hmac(key, bytes([purpose, ...parts].join("\n"))));
   const said = (words, kind) => { text("said", words); $("said").className = kind || ""; };
@@ -226,15 +231,17 @@
   async function send(order, at) {
     const asked = (await post("/challenge", {})).challenge;
     if (!asked || order !== wanted || sinceMs(at) > HEARD_MS) return null;
-    const response = tag("usv-companion page order 1", asked.vessel, asked.nonce, order);
+    const response = tag("usv-companion page order 2", asked.vessel, asked.nonce, order, PAGE);
     const found = await post("/order", { order, nonce: asked.nonce, response, page: PAGE });
     if (found.refused) return { refused: found.refused };
     const answer = found.answer;
     if (!answer || answer.tag !== tag("usv-companion page answer 1", asked.vessel, asked.nonce, answer.outcome)) return null;
     return answer;
   }
-  // By it the vessel knows which orders came from one hand, and lets no earlier one overtake a later one.
-  const PAGE = Sha.hex(crypto.getRandomValues(new Uint8Array(8)));
+  // By it the vessel knows which orders came from one hand, and lets no earlier one overtake a later one: nor one of before it was
+  // loaded again, which is on its way all the same.
+  const PAGE = stored("page") || Sha.hex(crypto.getRandomValues(new Uint8Array(8)));
+  store("page", PAGE);
   let newest = 0, wanted = null, obeyed = null;
   async function order(name, words) {
     let late = false;
@@ -256,19 +263,22 @@
     else if (found.outcome !== "obeyed") tell(`${words}: ${found.outcome}`, "bad");
     else {
       tell(name === "check" ? `${words}: right, orders are ready` : `${words}: obeyed at ${at}${late ? ", late" : ""}`, "good");
-      if (number === newest && name !== "check") obeyed = { name, t_s: found.t_s, state: null };
+      if (number === newest && name !== "check") obeyed = { name, t_s: found.t_s, state: null, armed: boat.armed };
     }
     return found;
   }
   // What an order came to is green while it is so: not when she is armed again, or another's order or a failsafe has changed the mode.
   // By the vessel's own clock: pictures of before, kept back on a bad way, come after the answer and are no news.
+  // The mode may take a moment to settle; whether she is armed is no matter of a Hold, and changes by another's order or a failsafe.
   function still() {
-    if (!obeyed || boat.t_s <= obeyed.t_s) return;
+    if (!obeyed) return;
+    if (boat.t_s <= obeyed.t_s) { obeyed.armed = boat.armed; return; }
     const state = `${boat.armed ? "ARMED" : "disarmed"}, ${boat.mode}`;
-    const so = obeyed.name === "hold" ? boat.mode === "Hold" : !boat.armed;
+    const turned = obeyed.name === "hold" && boat.armed !== obeyed.armed;
+    const so = obeyed.name === "hold" ? boat.mode === "Hold" && !turned : !boat.armed;
     const settled = boat.t_s - obeyed.t_s > SETTLED_S;
     if (so && (!settled || obeyed.state === null)) obeyed.state = state;
-    else if ((settled || obeyed.state !== null) && state !== obeyed.state) {
+    else if ((turned || settled || obeyed.state !== null) && state !== obeyed.state) {
       said(`${$("said").textContent}; then ${state}`, "past");
       obeyed = null;
     }
@@ -277,7 +287,7 @@
   function keep(found) {
     key = found;
     document.body.classList.toggle("keyed", key !== null);
-    try { if (key) sessionStorage.setItem("key", Sha.hex(key)); else sessionStorage.removeItem("key"); } catch { /* not kept */ }
+    store("key", key && Sha.hex(key));
   }
   $("keyform").onsubmit = (event) => {
     event.preventDefault();
@@ -320,8 +330,7 @@
     if (whole) order("disarm", "Disarm");
   };
 
-  let kept = null;
-  try { kept = sessionStorage.getItem("key"); } catch { /* none */ }
+  const kept = stored("key");
   if (kept) keep(Sha.unhex(kept));
   $("rundetails").ontoggle = () => { if ($("rundetails").open) fetchRuns(); };
   listen();
