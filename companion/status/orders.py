@@ -27,6 +27,9 @@ _ASK_NAMELESS: Final = "usv-companion page order 1"
 """Of a page without a name, or one that was loaded before names were proved: its Hold is obeyed until somebody loads it again."""
 _TELL: Final = "usv-companion page answer 1"
 """What a tag is for; one of an order is none of an answer."""
+_AGE: Final = 24
+"""Characters of a nonce by which it is told which of two is older: the time is a tick's, in which several may be made, and so their
+number follows it."""
 _MOST_USED: Final = 4096
 """Orders rightly keyed within one life; beyond that, all are refused until some have died."""
 
@@ -107,15 +110,17 @@ class Challenges:
         self.vessel = vessel
         self._random = random_fn
         self._own = random_fn(32)
+        self._made = 0
         self._used: deque[HeardOrder] = deque()
         self._heard: dict[str, HeardOrder] = {}
         """The orders that have come within one life, by their nonces."""
         self._newest: dict[str, str] = {}
-        """Of each page that has ordered within one life, when the youngest challenge of its orders was made."""
+        """Of each page that has ordered within one life, how young the youngest challenge of its orders is."""
 
     def challenge(self, now_us: int) -> str:
-        """A fresh nonce: when it was made, chance, and the tag by which it is known again."""
-        body = f"{now_us:016x}{self._random(8).hex()}"
+        """A fresh nonce: when it was made, its number, chance, and the tag by which it is known again."""
+        self._made = (self._made + 1) % (1 << 32)
+        body = f"{now_us:016x}{self._made:08x}{self._random(4).hex()}"
         return body + self._mark(body)
 
     def judge(
@@ -146,7 +151,7 @@ class Challenges:
         if len(self._used) >= _MOST_USED:
             return RefusedOrder("too many orders: press again")
         page = page if named else ""
-        if page and nonce[:16] < self._newest.get(page, ""):
+        if page and nonce[:_AGE] < self._newest.get(page, ""):
             return RefusedOrder("a later order came first: press again")
         try:
             known = PageOrder(order)
@@ -174,11 +179,11 @@ class Challenges:
         while self._used and now_us - self._used[0].taken_us > LIFE_US:
             dead = self._used.popleft()
             del self._heard[dead.nonce]
-            if self._newest.get(dead.page) == dead.nonce[:16]:
+            if self._newest.get(dead.page) == dead.nonce[:_AGE]:
                 del self._newest[dead.page]
 
     def _take(self, heard: HeardOrder) -> None:
         self._used.append(heard)
         self._heard[heard.nonce] = heard
         if heard.page:
-            self._newest[heard.page] = heard.nonce[:16]
+            self._newest[heard.page] = heard.nonce[:_AGE]

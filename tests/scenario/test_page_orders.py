@@ -23,6 +23,7 @@ from tests.world_station import Helm
 
 KEY = bytes(range(32))
 VESSEL = "5a" * 16
+LATER = "a later order came first: press again"
 
 
 def answer_to(challenge: dict[str, str], order: str, key: bytes = KEY, page: str = "") -> str:
@@ -166,7 +167,7 @@ def test_an_order_that_was_held_up_does_not_overtake_a_later_one_of_the_same_pag
     hold = page.challenge()
     for challenge, order, outcome in (
         (hold, "hold", "obeyed"),
-        (disarm, "disarm", "a later order came first: press again"),
+        (disarm, "disarm", LATER),
     ):
         words = {"order": order, "nonce": challenge["nonce"], "response": answer_to(challenge, order, page="a")}
         found = page.ask(ask="order", page="a", **words)
@@ -183,6 +184,17 @@ def test_an_order_is_not_held_back_by_somebody_elses(one: str, other: str, tmp_p
         words = {"order": order, "nonce": challenge["nonce"], "response": answer_to(challenge, order, page=name)}
         assert page.ask(ask="order", page=name, **words)["answer"]["outcome"] == "obeyed"
     assert not page.helm.world.app.vehicle.controls.armed
+
+
+def test_of_two_challenges_of_one_tick_the_later_one_is_known() -> None:
+    """Disarm is kept on the way, and Hold was pressed at once: both were asked for before the vessel's next tick."""
+    for seed in range(50):
+        challenges = Challenges(KEY, VESSEL, random.Random(seed).randbytes)
+        disarm, hold = challenges.challenge(70), challenges.challenge(70)
+        for order, nonce in (("hold", hold), ("disarm", disarm)):
+            words = answer_to({"vessel": VESSEL, "nonce": nonce}, order, page="a")
+            judged = challenges.judge(order, nonce, words, 100, page="a")
+            assert judged == (PageOrder.HOLD if order == "hold" else RefusedOrder(LATER))
 
 
 @pytest.mark.parametrize("name", ["", "b", "a\n"])
