@@ -157,10 +157,8 @@ class StatusService:
             case "drawing":
                 watcher.replies.append(_line({"id": number, "drawing": self._drawing()}))
             case "challenge":
-                nonce = self._challenges.challenge(now_us)
-                watcher.replies.append(
-                    _line({"id": number, "challenge": {"nonce": nonce, "vessel": self._challenges.vessel}})
-                )
+                challenge = {"nonce": self._challenges.challenge(now_us), "vessel": self._challenges.vessel}
+                watcher.replies.append(_line({"id": number, "challenge": {**challenge, "t_s": self._t_s}}))
             case "order":
                 self._order(watcher, number, asked, now_us)
             case _:

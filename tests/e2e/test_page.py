@@ -270,21 +270,30 @@ def test_a_key_is_forgotten_for_being_wrong_only_and_its_check_hides_no_order(bo
 
 
 KEPT = """
-window.kept = []; window.ordered = []; window.asleep_ms = 0;
+window.kept = []; window.ordered = []; window.asleep_ms = 0; window.later_s = 0;
 const soon = window.fetch, wall = Date.now;
 Date.now = () => wall() + asleep_ms;
 window.fetch = (path, given) => {
   if (path === "/order") ordered.push(JSON.parse(given.body).order);
   if (path !== "/challenge") return soon(path, given);
-  return new Promise((go) => kept.push(() => go(soon(path, given))));
+  const later = async () => {
+    const found = await (await soon(path, given)).json();
+    if (found.challenge) found.challenge.t_s += later_s;
+    return new Response(JSON.stringify(found));
+  };
+  return new Promise((go) => kept.push(() => go(later())));
 };
 window.back = () => { for (const go of kept.splice(0)) go(); };
 undefined
 """
-"""No way to the boat: questions are kept until ``back``, as a browser does."""
+"""No way to the boat: questions are kept until ``back``, as a browser does. The wall clock, and the boat's, can be set ahead."""
+OUT_OF_SIGHT = "document.dispatchEvent(new Event('visibilitychange'))"
 
 
-def test_an_order_that_was_not_heard_or_has_another_after_it_is_given_up(boat: Boat, phone: Browser) -> None:
+@pytest.mark.parametrize("sleeps", [OUT_OF_SIGHT, "later_s = 60"], ids=["out of sight", "a lid that was shut"])
+def test_an_order_that_was_not_heard_or_has_another_after_it_is_given_up(
+    sleeps: str, boat: Boat, phone: Browser
+) -> None:
     live(phone, boat.url)
     use_key(phone)
     phone.run(KEPT)
@@ -292,7 +301,7 @@ def test_an_order_that_was_not_heard_or_has_another_after_it_is_given_up(boat: B
     phone.until(lambda: "NOT HEARD" in phone.text("said"))
     phone.run("back()")
     phone.press("hold")
-    phone.run("asleep_ms = 60000; back()")  # the telephone slept, and with it its timers
+    phone.run(f"asleep_ms = 60000; {sleeps}; back()")  # the telephone slept, and with it its timers
     time.sleep(1.0)
     assert phone.run("ordered") == []
     for _ in range(2):
@@ -302,6 +311,16 @@ def test_an_order_that_was_not_heard_or_has_another_after_it_is_given_up(boat: B
     phone.run("back()")
     phone.until(lambda: phone.text("said").startswith("Hold: obeyed at "))
     assert set(phone.run("ordered")) == {"hold"}
+
+
+def test_a_clock_that_is_set_right_drops_no_order(boat: Boat, phone: Browser) -> None:
+    """Between the press and the challenge, while a person looks on: the wall clock leaps, and nothing slept."""
+    live(phone, boat.url)
+    use_key(phone)
+    phone.run(KEPT)
+    for leap_ms in (5000, -5000):
+        press = f"document.getElementById('hold').click(); asleep_ms += {leap_ms}; back()"
+        obeyed(phone, "Hold", lambda press=press: phone.run(press))
 
 
 def test_what_an_order_came_to_is_green_only_while_it_is_so(boat: Boat, phone: Browser) -> None:

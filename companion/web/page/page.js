@@ -25,8 +25,16 @@
   function item(words, kind) { const li = document.createElement("li"); li.textContent = words; if (kind) li.className = kind; return li; }
 
   // A telephone that sleeps stops one of its clocks, and a clock that is set right makes the other leap: the longer time is taken.
-  const moment = () => ({ steady: performance.now(), wall: Date.now() });
+  let hides = 0;  // how often the page has gone out of sight, or come back
+  const moment = () => ({ steady: performance.now(), wall: Date.now(), hides });
   const sinceMs = (then) => Math.max(performance.now() - then.steady, Date.now() - then.wall);
+
+  // Of an order it is taken only where something may have slept: the page was out of sight, or the boat's own clock went on without this
+  // one. A clock that is set right while a person looks on drops no order.
+  const sincePressMs = (at, boat_s) => {
+    const slept = hides !== at.hides || boat_s - at.boat_s > HEARD_MS / 1000 + OLD_S;
+    return slept ? sinceMs(at) : performance.now() - at.steady;
+  };
 
   // ---- what the boat says
 
@@ -230,7 +238,7 @@
   // would give its half-made connection, which asks seldom whether the way is back, to the next order, and that would not be heard either.
   async function send(order, at) {
     const asked = (await post("/challenge", {})).challenge;
-    if (!asked || order !== wanted || sinceMs(at) > HEARD_MS) return null;
+    if (!asked || order !== wanted || sincePressMs(at, asked.t_s) > HEARD_MS) return null;
     const response = tag("usv-companion page order 2", asked.vessel, asked.nonce, order, PAGE);
     const found = await post("/order", { order, nonce: asked.nonce, response, page: PAGE });
     if (found.refused) return { refused: found.refused };
@@ -247,7 +255,7 @@
     let late = false;
     // Another order takes the place of what waits; the same one again does not, or who presses fast would never be heard.
     wanted = name;
-    const pressed = moment();
+    const pressed = { ...moment(), boat_s: boat.t_s };
     const number = ++newest;
     obeyed = null;
     const tell = (...told) => { if (number === newest) said(...told); };  // what an earlier order came to hides no later one
@@ -338,5 +346,5 @@
   setTimeout(fetchDepths, 20000);
   setInterval(fetchDepths, 120000);
   setInterval(age, 500);
-  document.onvisibilitychange = age;  // who takes the telephone out again sees at once how old it is
+  document.onvisibilitychange = () => { hides += 1; age(); };  // who takes the telephone out again sees at once how old it is
 })();
