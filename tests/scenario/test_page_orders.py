@@ -8,6 +8,7 @@ import json
 import math
 import os
 import random
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,18 @@ def answer_to(challenge: dict[str, str], order: str, key: bytes = KEY, page: str
     return hmac.new(key, text.encode(), hashlib.sha256).hexdigest()
 
 
+PAGES: list[Page] = []
+
+
+@pytest.fixture(autouse=True)
+def closed() -> Iterator[None]:
+    yield
+    while PAGES:
+        page = PAGES.pop()
+        page.client.close()
+        page.service.close()
+
+
 class Page:
     """A watcher of a helm's vessel that may order."""
 
@@ -50,6 +63,7 @@ class Page:
 
         world.loop_app.tick = watched  # type: ignore[method-assign]
         self.client = Client(server.path, wait_s=0.001)
+        PAGES.append(self)
 
     def ask(self, **message: Any) -> dict[str, Any]:
         self.client.ask(id=7, **message)
