@@ -17,6 +17,9 @@ from .causes import Cause
 
 _LITTLE: Final = 0.3
 """What is left of a thruster's pull with a blade full of weed."""
+_RARE: Final = 4.0
+"""Two propellers do not fail in one moment, but for a rope in both: odds of fifty to one against it. Without them a single one that
+failed was found so late in a sea trial that she was carried out of its circle."""
 _SLIP: Final = 0.4
 """And of both in aerated water or aground on mud."""
 _STANDS: Final = (-0.67, -0.33, 0.0, 0.33, 0.67)
@@ -45,6 +48,8 @@ class Suspect:
 
     cause: Cause
     instead: Callable[[Acting], Instead]
+    rare: float = 0.0
+    """Log odds against it before anything is seen."""
 
 
 def suspects(vessel: VesselConfig) -> tuple[Suspect, ...]:
@@ -76,7 +81,7 @@ def _of_two(vessel: VesselConfig) -> list[Suspect]:
         Suspect(Cause.PORT_REVERSED, partial(_port_reversed, astern)),
         Suspect(Cause.STARBOARD_REVERSED, partial(_starboard_reversed, astern)),
         Suspect(Cause.SLIP, partial(_share, _SLIP, _SLIP)),
-        Suspect(Cause.SLIP, partial(_share, 0.0, 0.0)),
+        Suspect(Cause.SLIP, partial(_share, 0.0, 0.0), _RARE),
         Suspect(Cause.SWAPPED, partial(_swapped, vessel.thruster.starboard_share)),
     ]
 

@@ -80,12 +80,17 @@ class Weighing:
         return self._suspected_s > 0.0
 
     def _opinion(self) -> frozenset[Cause]:
-        best = max(self._score)
+        scores = self._odds()
+        best = max(scores)
         return frozenset(
             one.cause
-            for one, against, score in zip(self._among, self._against, self._score, strict=True)
+            for one, against, score in zip(self._among, self._against, scores, strict=True)
             if against > self._enough(one.cause) and score > best - _APART
         )
+
+    def _odds(self) -> list[float]:
+        """What speaks for each suspect, less what spoke against it before."""
+        return [score - one.rare for one, score in zip(self._among, self._score, strict=True)]
 
     def _enough(self, cause: Cause) -> float:
         """The evidence that it takes in this weather."""
@@ -158,7 +163,7 @@ class Weighing:
         return abs(sample.unexplained[0] - sample.effects[suspect][0] - self._pushes[suspect][0])
 
     def _decide(self, step_s: float, sample: Sample) -> Cause | None:
-        score, among, on_station = self._score, self._among, sample.on_station
+        score, among, on_station = self._odds(), self._among, sample.on_station
         best = max(range(len(score)), key=score.__getitem__)
         cause = among[best].cause
         ahead = score[best] - max(score[k] for k, suspect in enumerate(among) if suspect.cause is not cause)
