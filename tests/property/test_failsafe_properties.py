@@ -11,7 +11,7 @@ from companion.core.guard.failsafe_table import BY_NAME, TABLE
 from mavlink_bridge.language.messages import Action
 
 BOOLS = [name for name in HOME if isinstance(content_of(Flags(), name), bool)]
-AGES = [name for name in HOME if name not in BOOLS]
+AGES = [name for name in HOME if not isinstance(content_of(Flags(), name), bool | str)]
 CONFIG = FailsafeConfig()
 
 
@@ -19,7 +19,8 @@ CONFIG = FailsafeConfig()
 def some_flags(draw: st.DrawFn) -> Flags:
     up = draw(st.sets(st.sampled_from(BOOLS), max_size=4))
     ages = draw(st.dictionaries(st.sampled_from(AGES), st.sampled_from([0.0, 0.4, 1.2, 3.0, 6.0, 70.0]), max_size=3))
-    return flags_of(armed=draw(st.booleans()), **{name: True for name in up if name != "armed"}, **ages)
+    resume = draw(st.sampled_from(["", "Hold", "Auto", "Return", "Guided"]))
+    return flags_of(armed=draw(st.booleans()), resume=resume, **{name: True for name in up if name != "armed"}, **ages)
 
 
 HISTORY = st.lists(st.tuples(some_flags(), st.sampled_from([0, 50_000, 1_000_000, 6_000_000, 70_000_000])), max_size=15)

@@ -111,11 +111,14 @@ def test_what_a_lost_propeller_taught_of_the_water_is_forgotten():
     fed(30.0, 0.7, 1.5)
     assert water.current_mps[0] < -0.4
     now = EstimatedState(0, vx_mps=0.9, vy_mps=0.3, psi_rad=0.0)
-    assert water.recall(now) == pytest.approx((0.7, 0.0), abs=0.01)
+    known, through_mps = water.recall(now)
+    assert through_mps == pytest.approx((0.7, 0.0), abs=0.01)
+    assert (known.drift_n_mps, known.drift_e_mps) == water.drift_mps, "the tick that finds it goes on with that water"
     assert (*water.current_mps, *water.drift_mps) == pytest.approx((0.2, 0.3) * 2, abs=0.01)
     fed(10.0, 0.7, 0.7)
     assert water.current_mps == pytest.approx((0.2, 0.3), abs=0.01)
 
 
 def test_nothing_is_recalled_of_water_that_was_never_met():
-    assert WaterMeans().recall(EstimatedState(0, vx_mps=0.9, vy_mps=0.3, psi_rad=0.0)) is None
+    state = EstimatedState(0, vx_mps=0.9, vy_mps=0.3, psi_rad=0.0)
+    assert WaterMeans().recall(state) == (state, None)
