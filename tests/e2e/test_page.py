@@ -321,6 +321,7 @@ def test_a_clock_that_is_set_right_drops_no_order(boat: Boat, phone: Browser) ->
     for leap_ms in (5000, -5000):
         press = f"document.getElementById('hold').click(); asleep_ms += {leap_ms}; back()"
         obeyed(phone, "Hold", lambda press=press: phone.run(press))
+    assert set(phone.run("ordered")) == {"hold"}
 
 
 def test_what_an_order_came_to_is_green_only_while_it_is_so(boat: Boat, phone: Browser) -> None:

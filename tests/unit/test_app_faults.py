@@ -4,24 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-import config
 from companion.app import AppFaultError
-from companion.settings.schema import load
-from mavlink_bridge.language.messages import Mode
-from mavlink_bridge.language.requests import Arm, ManualInput, SetMode
-from sitl.world.settings import SimSettings
 from sitl.world.world import World
+from tests.by_hand import driven
 
 
 @pytest.fixture
 def under_way() -> World:
-    world = World(load(config.path("sim.toml"), ["operator.gcs_required=false"], SimSettings), 1)
-    world.run(3.0)
-    world.app.submit(SetMode(Mode.MANUAL))
-    world.app.submit(Arm(arm=True))
-    for _ in range(30):
-        world.app.submit(ManualInput(1.0, 0.0, 255))
-        world.step()
+    world = driven()
     assert world.surroundings.plant.board.pulses_us[0] > 1800
     return world
 

@@ -15,10 +15,8 @@ from companion.io.links.mem import MemLink, pair
 from companion.io.loop import StopFlag, run
 from companion.io.notify import Notifier
 from companion.settings.schema import Settings, load
-from mavlink_bridge.language.messages import Mode
-from mavlink_bridge.language.requests import Arm, ManualInput, SetMode
-from sitl.world.settings import SimSettings
 from sitl.world.world import World
+from tests.by_hand import driven
 
 LIMIT_US = 2_000_000
 SAILED_US = 12_000_000
@@ -73,13 +71,7 @@ def test_a_port_that_takes_nothing_is_a_loop_that_does_not_steer() -> None:
 
 
 def under_way(*words: str) -> World:
-    world = World(load(config.path("sim.toml"), ["operator.gcs_required=false", *words], SimSettings), 1)
-    world.run(3.0)
-    world.app.submit(SetMode(Mode.MANUAL))
-    world.app.submit(Arm(arm=True))
-    for _ in range(30):
-        world.app.submit(ManualInput(1.0, 0.0, 255))
-        world.step()
+    world = driven(*words)
     assert world.snapshot is not None
     assert world.snapshot.armed
     return world

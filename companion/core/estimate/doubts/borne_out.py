@@ -19,8 +19,7 @@ _SWUNG_S: Final = 10.0
 _WAY_MPS: Final = 0.5
 """A slower way over ground has no course that tells of the bow."""
 _GOES_SHARE: Final = 0.2
-"""A way over ground that is apart from what thrust makes along the bow by no more than this share of it bears the heading out, too:
-"""
+"""A way over ground that is apart from what thrust makes along the bow by no more than this share of it bears the heading out, too,"""
 _GOES_S: Final = 10.0
 """for so long, water that makes up for a wrong compass to a fifth, in speed and direction, is rarer than a propeller that fails."""
 _NEAR_COS: Final = math.cos(math.radians(40.0))
