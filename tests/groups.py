@@ -21,6 +21,8 @@ GROUPS: Final = {
     "sources": ("test_house_rules",),
     "voyage": ("test_depth_memory_voyages",),
     "page": ("test_page",),
+    "ordering": ("test_page_ordering",),
+    "strangers": ("test_page_strangers",),
 }
 """By group: the modules of its tests."""
 
@@ -33,6 +35,7 @@ LONGEST: Final = (
     "test_loiter_story",
     "test_firmware_vessel",
     "test_page",
+    "test_page_ordering",
     "test_plan_command",
     "test_tuning",
 )
