@@ -12,7 +12,7 @@ from sitl.plant.library import load_vessel
 from tests.soaked import in_the_soak
 from tools.benches.cells.control_cells import BLOW, Case
 from tools.benches.cells.drawn_hulls import drawn
-from tools.benches.cells.foreign_hulls import bare, cockle, crooked, launch, single_screw
+from tools.benches.cells.foreign_hulls import bare, cockle, crooked, launch, single_screw, trolling_cat
 from tools.benches.cells.hover_cells import held
 from tools.benches.cells.sensed import SensedState, late_eyes
 from tools.benches.cells.trial_cells import wrong
@@ -59,6 +59,22 @@ def test_a_launch_holds_with_a_wrong_file(draw, mps):
     found = held(Case(launch(), water, belief=wrong(launch(), draw), seed=1, source=SensedState), seconds=300.0)
     assert found.rms_m < 0.3
     assert found.most_m < 1.0
+
+
+def test_a_boat_that_lies_across_her_way_home_is_not_backed_away():
+    """Half her sway and yaw are missing in her file: she was 38 m off after a minute, full astern."""
+    cat = trolling_cat()
+    guessed = {"m22_kg": 89.0, "m33_kgm2": 38.0, "yv": 193.0, "yvv": 118.0, "munk": 0.31, "nur": 0.0}
+    belief = cat.model_copy(
+        update={
+            "hull": cat.hull.model_copy(update=guessed),
+            "thruster": cat.thruster.model_copy(update={"astern_n": 49.0}),
+        }
+    )
+    water = WaterConfig(wind_mps=10.0, current_mps=0.3)
+    found = held(Case(cat, water, belief=belief, seed=1, source=SensedState), seconds=80.0, settle_s=60.0)
+    assert found.furthest_m < 13.0
+    assert found.most_m < 5.0
 
 
 def test_a_late_compass_is_not_taken_for_gusts():

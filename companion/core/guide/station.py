@@ -301,11 +301,12 @@ class StationKeeper:
         water_n, water_e = north * wanted - drift[0], east * wanted - drift[1]
         psi = math.atan2(water_e, water_n)
         self._heading_rad = psi
-        error = wrap_pi(psi - (state.psi_rad or 0.0))
-        surge = math.hypot(water_n, water_e) * max(0.0, math.cos(error))
-        over_ground_mps = surge + drift[0] * math.cos(psi) + drift[1] * math.sin(psi)
+        bow_rad = state.psi_rad or 0.0
+        surge = math.hypot(water_n, water_e) * max(0.0, math.cos(wrap_pi(psi - bow_rad)))
+        # along the bow as it looks now: by the drift against the way home a boat that lies across was backed away, full astern
+        over_ground_mps = surge + drift[0] * math.cos(bow_rad) + drift[1] * math.sin(bow_rad)
         # turned gently, a small boat in strong wind does not come round, and is blown off for good
-        return self._in_wind(Desired(psi, over_ground_mps, brake=True), state.psi_rad or 0.0)
+        return self._in_wind(Desired(psi, over_ground_mps, brake=True), bow_rad)
 
     def _drift_and_return(
         self, dt_s: float, state: EstimatedState, north: float, east: float, drift: tuple[float, float]
@@ -330,8 +331,9 @@ class StationKeeper:
             return _AT_REST
         go = self._go(state, north, east, drift)
         assert go.psi_rad is not None
-        along_mps = drift[0] * math.cos(go.psi_rad) + drift[1] * math.sin(go.psi_rad)
-        off = abs(wrap_pi(go.psi_rad - (state.psi_rad or 0.0)))
+        bow_rad = state.psi_rad or 0.0
+        along_mps = drift[0] * math.cos(bow_rad) + drift[1] * math.sin(bow_rad)
+        off = abs(wrap_pi(go.psi_rad - bow_rad))
         water_mps = alone.turning_mps if off > _ALONE_OFF_RAD else alone.least_mps
         return replace(go, speed_mps=max(go.speed_mps or 0.0, water_mps + along_mps), brake=False)
 

@@ -121,6 +121,15 @@ def pontoon() -> VesselConfig:
     return _foreign("pontoon", size | inertia | damping, thruster, rudder={"count": 0}, windage=(1.3, 4.4))
 
 
+def trolling_cat() -> VesselConfig:
+    """Return a catamaran of 75 kg and 2.4 m with two trolling motors: a breeze takes all the thrust that she has."""
+    size = {"length_m": 2.4, "beam_m": 1.2, "draught_m": 0.16, "mass_kg": 75.0}
+    inertia = {"m11_kg": 79.5, "m22_kg": 209.0, "m23_kgm": 0.0, "m33_kgm2": 94.0}
+    damping = {"xu": 3.2, "xuu": 54.0, "yv": 88.0, "yvv": 303.0, "nr": 4.8, "nrr": 151.0, "nur": 36.0, "munk": 0.68}
+    thruster = {"lateral_m": 0.45, "ahead_n": 60.0, "astern_n": 33.0, "dead_band": 0.08, "lag_s": 0.38, "exponent": 2.1}
+    return _foreign("trolling catamaran", size | inertia | damping, thruster, rudder={"count": 0}, windage=(0.5, 0.9))
+
+
 FOREIGN: Final[dict[str, Callable[[], VesselConfig]]] = {
     "launch": launch,
     "single": single_screw,
