@@ -346,9 +346,11 @@ SELDOM = ("world.sensors.heading_hz=1", "world.sensors.rate_hz=0", "world.sensor
 BREEZE = ("world.water.current_mps=0.3", "world.water.wind_mps=5", "world.water.wave_height_m=0.2")
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_a_nimble_boat_sails_by_a_compass_that_is_heard_each_second(seed: int) -> None:
-    """Her heading loop knew of the compass's delay, not of its rhythm: she swung until the compass was doubted, and was stopped."""
+@pytest.mark.parametrize(("seed", "armed_after_s"), [(1, 12.0), (2, 3.0)])
+def test_a_nimble_boat_sails_by_a_compass_that_is_heard_each_second(seed: int, armed_after_s: float) -> None:
+    """Her heading loop knew of the compass's delay, not of its rhythm: she swung until the compass was doubted, and was stopped.
+    Its rhythm was learnt before arming only: who armed at once after the start never steered by it.
+    """
     overrides = ["operator.gcs_required=false", "depth.enabled=false", 'vessel="blueboat"', *SELDOM, *BREEZE]
     world = World(load(config.path("sim.toml"), overrides, SimSettings), seed)
     texts: list[str] = []
@@ -359,7 +361,7 @@ def test_a_nimble_boat_sails_by_a_compass_that_is_heard_each_second(seed: int) -
             world.step()
             texts.extend(text.text for text in world.snapshot.texts)
 
-    run(12.0)
+    run(armed_after_s)
     world.app.submit(Arm(arm=True), lambda reply: None)
     world.app.submit(SetMode(Mode.HOLD), lambda reply: None)
     run(90.0)

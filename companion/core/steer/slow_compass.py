@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections import deque
 from typing import Final
 
-_WATCH_US: Final = 3_000_000
+_WATCH_US: Final = 2_000_000
 _WATCHES: Final = 3
-"""The longest wait for news in each of three times 3 s, the shortest of the three: a gap or two is no rhythm."""
+"""The longest wait for news in each of three times 2 s, the shortest of the three: a gap or two is no rhythm."""
+_SILENT_S: Final = 2.5
+"""A compass that is waited for longer than this is silent, not slow: it is not believed then, and nothing is steered by it."""
 _BORNE_S: Final = 0.5
 """A heading each half second, its differences as turn rate, is within the delay that all gains bear."""
 _COSTS: Final = 1.5
@@ -19,7 +21,9 @@ _MOST_S: Final = 0.75
 
 
 class SlowCompass:
-    """Watches how often there is news of the heading, while nothing is steered by it: gains take a slow computer a second."""
+    """Watches how often there is news of the heading. While it is steered by, gains only become gentler: a compass that takes over
+    under way, or an arming soon after the start, must not wait for them, and each change takes a slow computer a second.
+    """
 
     def __init__(self) -> None:
         self.late_s = 0.0
@@ -35,8 +39,11 @@ class SlowCompass:
         self._until_us: int | None = None
         self._waits.clear()
 
-    def step(self, now_us: int, waited_s: float) -> bool:
+    def step(self, now_us: int, waited_s: float | None, *, is_steered: bool) -> bool:
         """Take, once a tick, for how long there has been no news of the heading; True when ``late_s`` has changed."""
+        if waited_s is None or waited_s > _SILENT_S:
+            self.pause()
+            return False
         if self._until_us is None:
             self._until_us = now_us + _WATCH_US
         self._longest_s = max(self._longest_s, waited_s)
@@ -46,7 +53,9 @@ class SlowCompass:
         self._longest_s, self._until_us = 0.0, now_us + _WATCH_US
         if len(self._waits) < _WATCHES:
             return False
-        self.wait_s = min(self._waits)
-        late_s = _STEP_S * round(_COSTS * max(0.0, self.wait_s - _BORNE_S) / _STEP_S)
-        before_s, self.late_s = self.late_s, min(late_s, _MOST_S)
-        return self.late_s != before_s
+        wait_s = min(self._waits)
+        late_s = min(_STEP_S * round(_COSTS * max(0.0, wait_s - _BORNE_S) / _STEP_S), _MOST_S)
+        if late_s == self.late_s or (is_steered and late_s < self.late_s):
+            return False
+        self.wait_s, self.late_s = wait_s, late_s
+        return True

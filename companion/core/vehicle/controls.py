@@ -344,12 +344,9 @@ class Controls:
         self._limit_speed()
 
     def watch_compass(self, now_us: int) -> None:
-        """Steer more gently by a compass that speaks seldom, where the law can: from the next arming on."""
+        """Steer more gently by a compass that speaks seldom, where the law can."""
         seldom, waited_s = self.parts.slow_compass, self.parts.estimator.heading_waited_s(now_us)
-        if self.armed or waited_s is None:
-            seldom.pause()
-            return
-        if not seldom.step(now_us, waited_s):
+        if not seldom.step(now_us, waited_s, is_steered=self.armed):
             return
         law_takes = getattr(self.parts.controller, "seldom_heard", None)
         if law_takes is None:
