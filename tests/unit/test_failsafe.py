@@ -936,7 +936,9 @@ def test_what_is_told_of_one_condition_is_what_the_worst_one_does():
     assert run.texts[-1][1] == "Ground station is back (stopped: position lost)"
 
 
-@pytest.mark.parametrize("name", ["fence_breach", "battery_critical", "battery_empty"])
+@pytest.mark.parametrize(
+    "name", ["depth_ahead", "depth_blind", "fence_ahead", "fence_breach", "battery_critical", "battery_empty"]
+)
 def test_a_boat_that_was_disarmed_is_not_told_that_all_is_well_and_armed_again_it_is_told_anew(name):
     """ "The boat is inside the fence again: holding" was told 35 m outside, disarmed; and nothing when she was armed there again."""
     run, cause = Run(), raised(name)
@@ -949,6 +951,18 @@ def test_a_boat_that_was_disarmed_is_not_told_that_all_is_well_and_armed_again_i
     assert len(run.texts) == told
     run.step(changed(cause, operator_arm=True))
     run.step(cause, 10.0)
+    assert len(run.texts) == told + 1
+
+
+def test_a_plan_that_nobody_sails_has_not_shown_that_it_can_go_on():
+    run, cause = Run(), raised("plan_invalid")
+    run.step(cause)
+    told = len(run.texts)
+    off = changed(WELL, armed=False)
+    run.step(off)
+    run.step(off, 30.0)
+    assert len(run.texts) == told, "sailed by nobody, it is judged by nobody"
+    run.step(changed(cause, operator_arm=True))
     assert len(run.texts) == told + 1
 
 
