@@ -47,6 +47,10 @@ service_runs() {
         *) return 1 ;;
     esac
 }
+may_stop() {
+    [ -n "$stop" ] || ! service_runs ||
+        fail "the boat's service is running, and an upgrade stops it: moor and disarm, then run this again with --stop"
+}
 as_user() { runuser -u "$user" -- "$@"; }
 
 # However this ends before its end: what is half made goes, and a service that was stopped for it runs again.
@@ -78,9 +82,7 @@ if ! python3 -c 'import ensurepip' 2>/dev/null; then
     say "installing python3-venv"
     apt-get install -y -q python3-venv >/dev/null || fail "python3-venv is missing and could not be installed"
 fi
-if service_runs; then
-    [ -n "$stop" ] || fail "the boat's service is running, and an upgrade stops it: moor and disarm, then run this again with --stop"
-fi
+may_stop
 
 # 2. The program, in a folder of its own: the one before stays until this one has shown that it runs.
 version=$(basename "$wheel" | cut -d- -f2)
@@ -130,6 +132,7 @@ if [ -z "$checked" ] && [ -e "$link" ]; then
 fi
 
 # 5. The stores as the old one left them are kept beside, whole or not at all. Then the new one is in force.
+may_stop  # somebody may have set sail while the packages came
 if service_runs; then stopped=yes; systemctl stop "$service"; fi
 before=
 if [ -L "$link" ]; then before=$(readlink -f "$link" || true); elif [ -e "$link" ]; then

@@ -58,7 +58,7 @@ class Computer:
         path.write_text(f"#!/bin/sh\n{does}\n")
         path.chmod(0o755)
 
-    def install(self) -> subprocess.CompletedProcess[str]:
+    def install(self, *options: str) -> subprocess.CompletedProcess[str]:
         text = (SYSTEM / "install.sh").read_text(encoding="utf-8")
         for name, place in PLACES.items():
             text, changed = re.subn(rf"^{name}=/.*$", f"{name}={self.root / place}", text, flags=re.M)
@@ -67,7 +67,7 @@ class Computer:
             text, changed = re.subn(rf"^{re.escape(called)}.*$", f"{called}{does}; }}", text, flags=re.M)
             assert changed == 1
         (self.root / "install.sh").write_text(text)
-        command = ["sh", "install.sh", "usv_companion-9.9-py3-none-any.whl", "--stop"]
+        command = ["sh", "install.sh", "usv_companion-9.9-py3-none-any.whl", *options]
         path = f"{self.root / 'bin'}:{os.environ['PATH']}"
         return subprocess.run(
             command, cwd=self.root, env={"PATH": path}, capture_output=True, text=True, check=False, timeout=60
@@ -106,11 +106,23 @@ def assert_sound(computer: Computer, done: subprocess.CompletedProcess[str]) -> 
 
 
 def test_an_upgrade_puts_the_new_program_in_force_and_keeps_the_one_before(computer: Computer) -> None:
-    done = computer.install()
+    done = computer.install("--stop")
     assert done.returncode == 0, done.stderr
     assert_sound(computer, done)
     assert computer.programs == 2
     assert not list((computer.root / "opt").glob("*.new"))
+
+
+def test_a_boat_that_sets_sail_while_the_packages_come_is_not_stopped(computer: Computer) -> None:
+    """Without --stop the service was looked at minutes before it was stopped."""
+    (computer.root / "running").unlink()
+    computer.tool("python3", f'{MAKES_A_PROGRAM}\n[ "$1" != -m ] || touch {computer.root}/running')
+    computer.tool("systemctl", f'cd {computer.root}\n[ "$1" != stop ] || touch was_stopped\n{SERVICE}')
+    done = computer.install()
+    assert done.returncode == 1
+    assert "--stop" in done.stderr
+    assert_sound(computer, done)
+    assert not (computer.root / "was_stopped").exists()
 
 
 @pytest.mark.parametrize(
@@ -125,7 +137,7 @@ def test_a_signal_at_any_step_leaves_a_program_and_a_running_service(
     work = {"systemctl": f"cd {computer.root}\n{SERVICE}", "install": PLAYED["install"]}
     steps = [f"kill -{signal} $PPID", work.get(tool, f'/bin/{tool} "$@"')]
     computer.tool(tool, "\n".join(steps if early else reversed(steps)))
-    assert_sound(computer, computer.install())
+    assert_sound(computer, computer.install("--stop"))
 
 
 @pytest.mark.parametrize("tool", ["ln", "mv", "cp"])
@@ -135,14 +147,14 @@ def test_a_full_disk_at_any_step_leaves_a_program_and_a_running_service(
 ) -> None:
     count = computer.root / "count"
     computer.tool(tool, f'echo >> {count}\n[ "$(wc -l < {count})" -ne {nth} ] || {{ {FULL}; }}\n/bin/{tool} "$@"')
-    assert_sound(computer, computer.install())
+    assert_sound(computer, computer.install("--stop"))
 
 
 @pytest.mark.parametrize("tool", ["ln", "mv", "cp"])
 def test_a_tool_that_fails_after_its_work_costs_no_program(computer: Computer, tool: str) -> None:
     """What the link points at is never removed."""
     computer.tool(tool, f'/bin/{tool} "$@"\n{FULL}')
-    assert_sound(computer, computer.install())
+    assert_sound(computer, computer.install("--stop"))
 
 
 def test_a_folder_of_an_earlier_change_is_not_filled(tmp_path: Path) -> None:
@@ -150,6 +162,6 @@ def test_a_folder_of_an_earlier_change_is_not_filled(tmp_path: Path) -> None:
     kept = computer.link.with_name("usv-companion-before")
     kept.mkdir()
     (kept / "mine").touch()
-    assert_sound(computer, computer.install())
+    assert_sound(computer, computer.install("--stop"))
     assert [path.name for path in kept.iterdir()] == ["mine"]
     assert computer.link.with_name("usv-companion-before.2").is_dir()
