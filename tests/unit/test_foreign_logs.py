@@ -205,6 +205,17 @@ def test_another_separator_than_commas_is_named(tmp_path, separator, word):
     assert refused(file) == f"its columns are parted by {word}: write commas, and points in numbers"
 
 
+def test_blanks_after_the_commas_of_a_header_belong_to_no_name(tmp_path):
+    """It was refused, and the names that it was said to have were those that had been typed."""
+    rows = rows_of(60.0)
+    (whole,) = read_voyage(written(tmp_path / "whole.csv", rows), COLUMNS)
+    head, *lines = (tmp_path / "whole.csv").read_text(encoding="utf-8").splitlines()
+    head = head.replace(",", ", ").replace("surge", '"surge"')
+    (tmp_path / "blanks.csv").write_text("\n".join([f"{head} ", *lines]) + "\n", encoding="utf-8")
+    (stretch,) = read_voyage(tmp_path / "blanks.csv", COLUMNS)
+    np.testing.assert_array_equal(stretch.surge, whole.surge)
+
+
 def test_rows_of_another_length_are_told_and_all_of_them_refused(tmp_path):
     head, *lines = written(tmp_path / "a.csv", rows_of(60.0)).read_text(encoding="utf-8").splitlines()
     told = []

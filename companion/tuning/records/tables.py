@@ -31,7 +31,7 @@ _LONGEST: Final = 100_000
 def header_of(file: Path) -> list[str]:
     """The names of a table's columns. Raises ValueError where it is parted by something else than commas, or is no text."""
     with _opened(file) as opened:
-        names = next(csv.reader(_lines(opened, in_cells=True)), [])
+        names = _names(opened)
     told = "".join(names)
     if told.count(_NO_TEXT) > _STRANGE * len(told):
         raise ValueError("its first line is no text in UTF-8: save it as CSV, UTF-8")
@@ -44,7 +44,7 @@ def columns_of(file: Path, wanted: Sequence[str], tell: Tell) -> dict[str, Array
     """The named columns as numbers, NaN where a cell holds none. Raises ValueError where no row is as long as the header."""
     found = {name: array("d") for name in wanted}
     with _opened(file) as opened:
-        names = next(csv.reader(_lines(opened, in_cells=True)), [])
+        names = _names(opened)
         places = [(len(names) - 1 - names[::-1].index(name), values) for name, values in found.items()]
         lost = _read(csv.reader(_lines(opened)), len(names), places)
     kept = len(next(iter(found.values()), ()))
@@ -59,6 +59,11 @@ def columns_of(file: Path, wanted: Sequence[str], tell: Tell) -> dict[str, Array
 
 def _opened(file: Path) -> TextIO:
     return file.open(newline="", encoding="utf-8-sig", errors="replace")
+
+
+def _names(opened: TextIO) -> list[str]:
+    """The names in a header, without the blanks that many write after a comma."""
+    return [name.strip() for name in next(csv.reader(_lines(opened, in_cells=True), skipinitialspace=True), [])]
 
 
 def _lines(opened: TextIO, *, in_cells: bool = False) -> Iterator[str]:
