@@ -137,6 +137,15 @@ def test_a_run_whose_rows_are_missing_is_a_voyage_by_what_else_it_holds(tmp_path
     assert not is_brief(tmp_path)
 
 
+@pytest.mark.parametrize("lost", ["control.csv", "control-001.csv"])
+def test_rows_that_a_power_cut_emptied_do_not_make_a_voyage_brief(tmp_path: Path, lost: str) -> None:
+    """Its telemetry and inputs were whole, and it went first, even as the newest voyage."""
+    run_dir = lasted(add_run(tmp_path, OLD[0]), 30.0, parts=2)
+    assert is_brief(run_dir)
+    (run_dir / lost).write_bytes(b"")
+    assert not is_brief(run_dir)
+
+
 def wide(run_dir: Path, seconds: float, *, end: str = "") -> Path:
     """Give a run rows as wide as real ones, ten in a second."""
     rows = [f"{500.0 + tenth / 10:.3f},{'7' * 300}\n" for tenth in range(round(seconds * 10) + 1)]

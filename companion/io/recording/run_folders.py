@@ -96,9 +96,10 @@ def is_brief(run_dir: Path) -> bool:
     """Whether a run surely holds less than a minute; one of which that cannot be told is taken for a voyage."""
     try:
         parts = parts_of(run_dir / "control.csv")
-        if not parts:
+        sizes = [part.stat().st_size for part in parts]
+        if not sizes or 0 in sizes:  # even a start writes a header: what is gone here may have been hours
             return _is_bare(run_dir)
-        if sum(part.stat().st_size for part in parts) > _BRIEF_BYTES:
+        if sum(sizes) > _BRIEF_BYTES:
             return False
         times_s = [time_s for part in parts for time_s in _times_at_ends(part)]
     except (OSError, ValueError):
