@@ -218,6 +218,20 @@ def test_two_runs_in_one_second_have_two_directories(tmp_path: Path) -> None:
     assert second.parent == tmp_path
 
 
+def test_a_voyage_that_began_without_a_clock_is_newer_than_what_was_before_it(tmp_path: Path) -> None:
+    """Begun at the date of the image, on a card with runs of later dates, it was the first to go."""
+    quay = [lasted(add_run(tmp_path, f"2999123{day}-235959"), 120.0) for day in range(2)]
+    sea = [lasted(add_run(tmp_path, new_run_dir(tmp_path).name), 3600.0) for _ in range(3)]
+    assert names(sea) == ["30000101-000000", "30000101-000001", "30000101-000002"]
+    assert make_room(tmp_path, 100 * SIZE, disk, floor_bytes=99 * SIZE) == quay
+
+
+def test_digits_that_are_no_date_stop_no_start(tmp_path: Path) -> None:
+    add_run(tmp_path, "99999999-999999")
+    add_run(tmp_path, "99991231-235959")
+    assert new_run_dir(tmp_path).name < "9999"
+
+
 def test_what_could_not_be_had_is_in_the_log(base: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from companion.commands.run import _make_room, log
     from companion.settings.schema import RecordConfig

@@ -12,7 +12,7 @@ import re
 import shutil
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from itertools import islice
 from pathlib import Path
 from typing import Final
@@ -34,8 +34,16 @@ _CLOCK_WAS_SET: Final = "2020"
 
 
 def new_run_dir(base: Path) -> Path:
-    """Return a fresh directory named after the time, in ``base``."""
-    stamp = datetime.now(UTC).strftime(_STAMP)
+    """Return a fresh directory in ``base``, named after the time, and later than any that is there.
+
+    A computer without a clock of its own begins each start at the date of its image, and what happened last must not look oldest.
+    """
+    begun = datetime.now(UTC)
+    newest = max((path.name[:15] for path in base.glob("*") if _NAME.fullmatch(path.name)), default="")
+    if newest >= begun.strftime(_STAMP):
+        with contextlib.suppress(ValueError, OverflowError):  # digits that are no date
+            begun = datetime.strptime(newest, _STAMP).replace(tzinfo=UTC) + timedelta(seconds=1)
+    stamp = begun.strftime(_STAMP)
     for number in range(1000):
         candidate = base / (stamp if not number else f"{stamp}-{number}")
         if not candidate.exists():
