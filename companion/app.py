@@ -260,7 +260,7 @@ class App:
             commanded_us=None if board is None else board.commanded_us,
             links=self._health,
             heard=[each for ground in self.grounds for each in ground.heard()],
-            standing=[(Severity.INFO, text) for text in self.storage.standing],
+            standing=self.storage.standing,
             process=ProcessFlags(self.storage.fault, self._watched.failing(now_us)),
             barred=self.storage.barred,
             late_s=late_s,
@@ -347,6 +347,7 @@ class App:
             self.controls.load_plan(body.plan)
         elif body.kind is PlanKind.FENCE:
             self.controls.load_fence(body.fence)
+            self.storage.fence_adopted()
         else:
             self.controls.load_rally(body.rally_rad)
 

@@ -211,8 +211,8 @@ def _ground(app: App, keeper: Keeper, number: int, item: EndpointSettings, link:
             warning = keeper.met(item.name)
             if warning:
                 app.controls.voice.say(Severity.WARNING, warning)
-            for text in app.storage.standing:
-                talk.say(Severity.INFO, text)
+            for severity, text in app.storage.standing:
+                talk.say(severity, text)
 
         talk = Endpoint(
             config,

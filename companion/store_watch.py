@@ -12,7 +12,7 @@ from mavlink_bridge.language.messages import Severity
 
 from .facade import SettingsParams
 from .io.keeping import Completion, StoreContent
-from .io.keeping.mark import departure_refusal
+from .io.keeping.mark import departure_refusal, fence_refusal
 from .settings import Settings
 
 AGAIN_US: Final = 60_000_000
@@ -27,9 +27,9 @@ class StoreWatch:
         self._required = required
         self._trouble = ""
         self._failed = False
-        self._aside = departure_refusal(content)
+        self._aside, self._fence = departure_refusal(content), fence_refusal(content)
         self._tell_us: int | None = None
-        self.standing: tuple[str, ...] = ()
+        self.standing: tuple[tuple[Severity, str], ...] = ()
         """What each station that comes later is told too: how the store makes this boat differ from its configuration file."""
 
     @property
@@ -41,15 +41,18 @@ class StoreWatch:
     def barred(self) -> tuple[str, ...]:
         """Why the vessel must not depart, each with its mend."""
         trouble = f"store: {self._trouble}; mend it, or arm by force" if self._trouble and self._required else ""
-        return tuple(text for text in (self._aside, trouble) if text)
+        return tuple(text for text in (self._aside, self._fence, trouble) if text)
+
+    def fence_adopted(self) -> None:
+        """A fence is in force, or none on purpose: whatever was lost before."""
+        self._fence = ""
 
     def take_back(self, params: SettingsParams, stored: Mapping[str, float], warnings: tuple[str, ...]) -> Settings:
         """Put stored parameters in force and tell what differs from the file and what no longer fits; return the settings then."""
         told = overrides(params, stored)
-        self.standing = (*warnings, *told)
-        for severity, texts in ((Severity.WARNING, warnings), (Severity.INFO, told)):
-            for text in texts:
-                self._say(severity, text)
+        self.standing = (*((Severity.WARNING, text) for text in warnings), *((Severity.INFO, text) for text in told))
+        for severity, text in self.standing:
+            self._say(severity, text)
         for name, value in stored.items():
             try:
                 params.settings = params.change(name, value)

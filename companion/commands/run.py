@@ -97,7 +97,7 @@ def _sail(arguments: argparse.Namespace, settings: Settings) -> int:
             take_back(run_dir)
         raise
     log.info("running %s; %s", settings.system.name, _recorded(recording, run_dir))
-    for text in app.storage.standing[len(store.warnings) :]:  # the warnings are told like all of them
+    for _, text in app.storage.standing[len(store.warnings) :]:  # the warnings are told like all of them
         log.warning("%s", text)
     for warning in vessel_warnings(settings):
         log.warning("%s", warning)

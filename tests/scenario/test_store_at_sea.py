@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import config as shipped
-from companion.io.keeping.content import Completion, SaveRecord, StoreContent
-from companion.io.keeping.mark import ASIDE
-from companion.io.keeping.store import MemoryStore
+from companion.io.keeping.content import Completion, SavePlan, SaveRecord, StoreContent
+from companion.io.keeping.mark import ASIDE, WorldKind
+from companion.io.keeping.store import MemoryStore, Store
 from companion.settings.schema import load
-from mavlink_bridge.language.requests import Arm, Result, SetParameter
+from mavlink_bridge.language.messages import Severity
+from mavlink_bridge.language.requests import Arm, LoadPlan, PlanItem, PlanKind, Result, SetParameter
 from mavlink_bridge.mavlink.wire.codec import Codec, decode, dialect
 from mavlink_bridge.mavlink.wire.framing import Deframer
 from sitl.world.settings import SimSettings
@@ -152,3 +153,27 @@ def test_a_voyage_that_a_busy_store_would_not_take_is_stored_when_it_does():
     store.busy = False
     boat.world.run(2.0)
     assert "voyage" in store.snapshot().records
+
+
+FENCE = (PlanItem(5003, 0, 200.0, 0.0, 0.0, 0.0, 411850000, -87062000, 0.0, True),)
+
+
+def test_a_fence_lost_from_the_store_bars_the_departure_until_it_is_loaded_again_or_cleared(tmp_path):
+    """It was an INFO among others, and the boat sailed out of the fence that had held her."""
+    path = tmp_path / "companion.db"
+    store = Store(path, world=WorldKind.SIMULATED)
+    store.submit(SavePlan(PlanKind.FENCE, FENCE))
+    store.close()
+    data = bytearray(path.read_bytes())
+    data[data.index(b"411850000")] ^= 1
+    path.write_bytes(data)
+    damaged = Store(path, world=WorldKind.SIMULATED)
+    damaged.close()
+    store = MemoryStore(damaged.snapshot())
+    store.warnings = damaged.warnings
+    boat = Boat(store)
+    assert [severity for severity, text in boat.world.snapshot.standing if text in store.warnings] == [Severity.WARNING]
+    refused = boat.ask(Arm(True)).reason
+    assert "fence is damaged and lost: load it again, or clear it" in refused
+    assert boat.ask(LoadPlan(PlanKind.FENCE, ())).result is Result.ACCEPTED
+    assert boat.ask(Arm(True)).result is Result.ACCEPTED

@@ -11,7 +11,16 @@ from pathlib import Path
 import pytest
 
 from companion.commands.store import read_store
-from companion.io.keeping.content import SaveCounter, SaveParam, SavePlan, SaveStamp, SaveValue, StoreContent, to_json
+from companion.io.keeping.content import (
+    FENCE_LOST,
+    SaveCounter,
+    SaveParam,
+    SavePlan,
+    SaveStamp,
+    SaveValue,
+    StoreContent,
+    to_json,
+)
 from companion.io.keeping.store import Store
 from companion.settings.schema import ConfigError
 from mavlink_bridge.language.requests import PlanItem, PlanKind
@@ -181,3 +190,25 @@ def test_the_command_says_what_it_cannot_read(tmp_path: Path, sound: bytes) -> N
     path.write_bytes(flipped(sound, sound.index(b"CREATE TABLE") + 30, 0x80))
     with pytest.raises(ConfigError, match="malformed database schema"):
         read_store(path)
+
+
+def test_a_fence_that_was_lost_is_known_as_lost_at_every_start_until_one_is_stored(tmp_path: Path) -> None:
+    """Also when an older one was found, when a bit of its name flipped, and when the whole file was cut off."""
+    path = tmp_path / "store.db"
+    store = Store(path)
+    for number in (1, 2):
+        store.submit(SavePlan(PlanKind.FENCE, ITEMS[number : number + 1]))
+    store.close()
+    sound = path.read_bytes()
+    assert FENCE_LOST not in opened(tmp_path, sound)[0].records
+    older = flipped(sound, sound.index(b"410000002"), 1)
+    nameless = sound.replace(b"planFENCE", b"planFENCG")
+    for data, what in ((older, "previous state"), (nameless, "may be lost"), (sound[:200], "may be lost")):
+        path.write_bytes(data)
+        for _ in range(2):
+            content = opened(tmp_path, path.read_bytes())[0]
+            assert what in content.records[FENCE_LOST].data
+        store = Store(path)
+        store.submit(SavePlan(PlanKind.FENCE, ()))
+        store.close()
+        assert FENCE_LOST not in opened(tmp_path, path.read_bytes())[0].records

@@ -25,6 +25,8 @@ SECTIONS: Final = (
     "meta",
 )
 """Sections of the store, in the order of the fields below."""
+FENCE_LOST: Final = "store/fence-lost"
+"""Record: what damage did to the fence; no departure until one is loaded again, or none on purpose."""
 
 
 class Record(NamedTuple):

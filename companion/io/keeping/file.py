@@ -8,12 +8,14 @@ import os
 import sqlite3
 import stat
 import zlib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
+from mavlink_bridge.language.requests import PlanKind
+
 from ..log_file import FILE_MODE, sync_folder
-from .content import StoredRow
+from .content import FENCE_LOST, SECTIONS, SaveRecord, StoredRow, apply_entries, entries_of
 
 MIGRATIONS: Final[tuple[str, ...]] = (
     """
@@ -35,9 +37,13 @@ _PAGE: Final = 4096
 """SQLite's own size of a page; no store was ever made with another."""
 _MAGIC: Final = b"SQLite format 3\0"
 """What every database begins with."""
+_LOST: Final = "is damaged and lost"
+_PREVIOUS: Final = "is damaged; its previous state is used"
+_MAY_BE: Final = "may be lost with what is damaged"
 _IS_MADE: Final = "SELECT 1 FROM sqlite_master WHERE name = 'entry'"
 _UPWARDS: Final = "section, key, generation"
 _DOWNWARDS: Final = "section DESC, key DESC, generation DESC"
+_FENCE: Final = ("plan", PlanKind.FENCE.name)
 _FAR_GENERATION: Final = 1 << 48
 """No store is changed so often: a number beyond it is a flipped bit, and adding to it might not fit."""
 _OF_THE_DISK: Final = frozenset(
@@ -112,20 +118,41 @@ def _rows(connection: sqlite3.Connection, order: str) -> sqlite3.Cursor:
 
 
 def read_entries(connection: sqlite3.Connection) -> tuple[dict[tuple[str, str], str], list[str]]:
-    """Newest sound generation of every entry, and texts about damaged ones."""
+    """Newest sound generation of every entry, and texts about damaged ones; a record too when the fence is among these."""
     rows: dict[tuple[str, str], str] = {}
     damaged: dict[tuple[str, str], str] = {}
     for section, key, generation, body, crc in _rows(connection, f"{_UPWARDS} DESC"):
         if not _is_sound(section, key, generation, body, crc):
             older = (section, key) in rows
-            what = "had an older state that is damaged; the newest is sound" if older else "is damaged and lost"
+            what = "had an older state that is damaged; the newest is sound" if older else _LOST
             damaged.setdefault((section, key), what)
             continue
         if (section, key) not in rows:
             rows[section, key] = body
             if (section, key) in damaged:
-                damaged[section, key] = "is damaged; its previous state is used"
+                damaged[section, key] = _PREVIOUS
+    if what := _of_the_fence(damaged, is_there=_FENCE in rows):
+        apply_entries(rows, entries_of(SaveRecord(FENCE_LOST, 1, what)))
+    elif _FENCE in rows:
+        rows.pop(("record", FENCE_LOST), None)  # one was loaded since, or cleared: that is a row too
     return rows, [f"{_shown(section)} {_shown(key)} {what}" for (section, key), what in damaged.items()]
+
+
+def _of_the_fence(damaged: Mapping[tuple[str, str], str], *, is_there: bool) -> str:
+    """What damage did to the fence; a row whose own name is damaged may have been it."""
+    if not is_there and any(not _is_known(*name) for name in damaged):
+        return _MAY_BE
+    what = damaged.get(_FENCE, "")
+    return what if what in (_LOST, _PREVIOUS) else ""
+
+
+def _is_known(section: object, key: object) -> bool:
+    return section in SECTIONS and (section != "plan" or key in PlanKind.__members__)
+
+
+def without_fence(rows: Mapping[tuple[str, str], str]) -> list[StoredRow]:
+    """The record for a file that begins with ``rows`` of a damaged one: a fence may be lost, unless it is there."""
+    return [] if _FENCE in rows else entries_of(SaveRecord(FENCE_LOST, 1, _MAY_BE))
 
 
 def _shown(name: object) -> str:

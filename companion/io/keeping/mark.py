@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from enum import StrEnum
 from typing import Final
 
-from .content import StoreContent, StoredRow
+from .content import FENCE_LOST, StoreContent, StoredRow
 from .file import MIGRATIONS
 
 Rows = Mapping[tuple[str, str], str]
@@ -94,3 +94,9 @@ def departure_refusal(content: StoreContent) -> str:
     if aside is None:
         return ""
     return f"store: a simulation's file was set aside ({aside.data}): put your own back, or 'companion store adopt'"
+
+
+def fence_refusal(content: StoreContent) -> str:
+    """The same of a fence that the store has lost."""
+    lost = content.records.get(FENCE_LOST)
+    return "" if lost is None else f"store: the fence {lost.data}: load it again, or clear it"

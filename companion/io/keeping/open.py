@@ -30,6 +30,7 @@ from .file import (
     read_entries,
     replace,
     rescue,
+    without_fence,
     write_entries,
 )
 from .mark import ASIDE, ForeignError, WorldKind, marks, new_vessel_id, settle
@@ -84,9 +85,10 @@ def _open_writable(path: Path, world: WorldKind, texts: list[str]) -> tuple[sqli
         ask(connection, "PRAGMA journal_mode=WAL")
         connection.execute("PRAGMA synchronous=FULL")
         connection.execute(f"PRAGMA user_version={len(MIGRATIONS)}")  # a real write, to know now
+        changes, told = settle(found, world)
         if version == len(MIGRATIONS) and not found:
             texts.append(f"Store {path.name} was emptied: it holds nothing of earlier runs")
-        changes, told = settle(found, world)
+            changes += without_fence(found)
         keep_private(path)
         if changes:
             write_entries(connection, changes)
@@ -114,7 +116,7 @@ def _find_or_make(path: Path, world: WorldKind, texts: list[str]) -> None:
         texts.append(
             f"Store {path.name} was empty or cut off ({size} bytes): what it held is lost; moved to {aside.name}"
         )
-    make_new(path, marks(world, new_vessel_id()))
+    make_new(path, [*marks(world, new_vessel_id()), *(without_fence({}) if size is not None else [])])
 
 
 def _foreign(path: Path, world: WorldKind, texts: list[str], why: str, *, again: bool) -> OpenedStore:
@@ -171,7 +173,8 @@ def _start_afresh(path: Path, world: WorldKind, texts: list[str], reason: str) -
     try:
         if rescued:
             settle(rescued, world)
-        aside = replace(path, [StoredRow(section, key, body) for (section, key), body in rescued.items()], "damaged")
+        apply_entries(rescued, without_fence(rescued))
+        aside = replace(path, [StoredRow(*name, body) for name, body in rescued.items()], "damaged")
         texts.append(f"{found}; moved to {aside.name}")
         connection, rows = _open_writable(path, world, texts)
     except ForeignError as error:
