@@ -20,7 +20,7 @@ from .core.ais.receiver import AisWord, ReceivedReport as AisReport
 from .core.board import Arduino, BoardPhase
 from .core.nmea import NmeaReader
 from .io.links import Closed, Link, LinkEvent, Opened, Received
-from .io.links.link import GuardedLink
+from .io.links.link import GuardedLink, Listening
 
 MTU_BYTES = 1200
 """Largest datagram that no common network splits."""
@@ -73,6 +73,7 @@ class _Counted:
             name=self.name,
             kind=self.kind,
             is_open=peers > 0,
+            is_listening=not isinstance(self.link, Listening) or self.link.is_listening,
             peers=peers,
             bytes_in=self.bytes_in,
             bytes_out=self.bytes_out,

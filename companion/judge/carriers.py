@@ -132,15 +132,17 @@ def _not_ours(settings: Settings) -> Iterator[str]:
     for key, url in (*doors, ("plotter", settings.plotter)):
         parsed = _parsed(url)
         if parsed is not None and kind_of(parsed).reach is Reach.ANYBODY:
-            yield from _closed(f"{key} = {url!r}", *parsed.host_port())
+            yield from _closed(f"{key} = {url!r}", *parsed.host_port(), "nobody is heard there until it has")
     if "page" in settings.model_fields_set:
-        yield from _closed(f"page.bind = {settings.page.bind!r}", settings.page.bind, 0)
-        yield from _closed(f"page.port = {settings.page.port}", "", settings.page.port)
+        yield from _closed(
+            f"page.bind = {settings.page.bind!r}", settings.page.bind, 0, "the page does not start until it has"
+        )
+        yield from _closed(f"page.port = {settings.page.port}", "", settings.page.port, "")
 
 
-def _closed(shown: str, host: str, port: int) -> Iterator[str]:
+def _closed(shown: str, host: str, port: int, then: str) -> Iterator[str]:
     if _is_foreign(host):
-        yield f"{shown}: this computer has no such address now; 0.0.0.0 listens at all that it has"
+        yield f"{shown}: this computer has no such address now; {then}; 0.0.0.0 listens at all that it has"
     if _is_strange(host):
         yield f"{shown}: {host!r} is not this computer's name; give an address that it has, or 0.0.0.0 for all"
     first = int(_RESERVED_PORTS.read_text()) if _RESERVED_PORTS.exists() else 0

@@ -22,7 +22,7 @@ from .others import Other, others_of, person_of
 _PLACES_DEG: Final = 7
 """A centimetre on the ground."""
 MAY_BE_ALONE: Final = frozenset({"endpoint", "plotter"})
-"""Kinds of links that may have nobody at their other end; each other kind that is not open is missing."""
+"""Kinds of links that may have nobody at their other end as long as they listen; each other kind that is not open is missing."""
 _PERSON_ROW: Final = "person_in_water"
 """The failsafe's row that means nothing without a place."""
 
@@ -65,11 +65,17 @@ class LinkSeen:
     text: str
     bytes_in: int = 0
     bytes_out: int = 0
+    is_listening: bool = True
 
     @property
     def is_missing(self) -> bool:
         """Whether it ought to be open and is not."""
-        return not self.is_open and self.kind not in MAY_BE_ALONE
+        return is_missing(self)
+
+
+def is_missing(link: LinkSeen | LinkHealth) -> bool:
+    """Whether a link ought to be open and is not."""
+    return not link.is_open and not (link.kind in MAY_BE_ALONE and link.is_listening)
 
 
 @value
@@ -249,6 +255,7 @@ def _link(link: LinkHealth) -> LinkSeen:
         text=link.text,
         bytes_in=link.bytes_in,
         bytes_out=link.bytes_out,
+        is_listening=link.is_listening,
     )
 
 

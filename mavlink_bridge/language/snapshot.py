@@ -39,6 +39,8 @@ class LinkHealth:
     bad_frames: int = 0
     last_rx_age_s: float | None = None
     text: str = ""
+    is_listening: bool = True
+    """False: it waits for others at an address that this computer does not have now."""
 
 
 @value

@@ -11,7 +11,7 @@ from typing import Final
 from mavlink_bridge.language.messages import Action, Severity
 from mavlink_bridge.language.snapshot import LinkHealth, Snapshot
 
-from ...status.picture import MAY_BE_ALONE
+from ...status.picture import is_missing
 from ...status.words import cause
 
 _SETTLE_US: Final = 2_000_000
@@ -29,7 +29,7 @@ class LinkNotes:
     def __init__(self) -> None:
         self._since_us: int | None = None
         self._seen: tuple[LinkHealth, ...] = ()
-        self._open: dict[str, bool] = {}
+        self._missing: set[str] = set()
 
     def update(self, snapshot: Snapshot) -> None:
         """Take one tick's picture."""
@@ -39,13 +39,14 @@ class LinkNotes:
             return
         self._seen = snapshot.links
         for link in snapshot.links:
-            if link.kind in MAY_BE_ALONE or self._open.get(link.name, True) == link.is_open:
+            missing = is_missing(link)
+            if missing == (link.name in self._missing):
                 continue
-            self._open[link.name] = link.is_open
-            if link.is_open:
-                log.info("%s is there: %s", link.name, link.text)
-            else:
+            self._missing ^= {link.name}
+            if missing:
                 log.warning("%s is missing, tried again for ever: %s", link.name, link.text)
+            else:
+                log.info("%s is there: %s", link.name, link.text)
 
     def close(self) -> None:
         """Nothing to give back."""

@@ -80,6 +80,16 @@ class GuardedLink(Protocol):
 
 
 @runtime_checkable
+class Listening(Protocol):
+    """A link that waits for others to come."""
+
+    @property
+    def is_listening(self) -> bool:
+        """Whether any can: the address at which it listens may not be this computer's yet."""
+        ...
+
+
+@runtime_checkable
 class Selective(Protocol):
     """A link that hears only whom its configuration names."""
 

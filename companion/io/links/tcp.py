@@ -8,8 +8,9 @@ import socket
 from typing import Final, Self
 
 from .link import Closed, LinkEvent, Opened, Received
+from .own_socket import OwnSocket
 from .places import LinkPlace, room_for_strangers, to_leave
-from .resolve import Resolver
+from .resolve import Address, Resolver
 from .stream import StreamLink, explain, read_some
 from .url import LinkConfigError, LinkUrl
 
@@ -151,6 +152,19 @@ class TcpClientLink(StreamLink):
         return [self._fd] if self._fd >= 0 and self._open else []
 
 
+def _listening(family: socket.AddressFamily, address: Address) -> socket.socket:
+    sock = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        sock.setblocking(False)
+        sock.bind(address)
+        sock.listen(_BACKLOG)
+    except OSError:
+        sock.close()
+        raise
+    return sock
+
+
 class TcpServerLink:
     """``tcp-listen://host:port``: one channel for each client, at most 16; numbers are never used twice."""
 
@@ -166,8 +180,11 @@ class TcpServerLink:
         self._paused_until_us = 0
         self._accepting = True
         self.refused = 0
-        self._socket = self._listen(host, port)
-        self.host, self.port = self._socket.getsockname()[:2]
+        self._own = OwnSocket(("tcp-listen", host, port), socket.SOCK_STREAM, _listening)
+        self._shut = False
+        self.host, self.port = host, port
+        if self._own.socket is not None:
+            self.host, self.port = self._own.socket.getsockname()[:2]
 
     @classmethod
     def check(cls, url: LinkUrl) -> None:
@@ -180,31 +197,11 @@ class TcpServerLink:
         cls.check(url)
         return cls(name, *url.host_port(), max_clients=int(url.number("max", MAX_CLIENTS, 1, 64)))
 
-    @staticmethod
-    def _listen(host: str, port: int) -> socket.socket:
-        sock: socket.socket | None = None
-        try:
-            family, _, _, _, address = socket.getaddrinfo(
-                host or "0.0.0.0", port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
-            )[0]
-            sock = socket.socket(family, socket.SOCK_STREAM)
-            sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            sock.setblocking(False)
-            sock.bind(address)
-            sock.listen(_BACKLOG)
-        except OSError as error:
-            if sock is not None:
-                sock.close()
-            mend = "choose another port, or stop the program that has it" if error.errno == errno.EADDRINUSE else ""
-            raise LinkConfigError(
-                f"tcp-listen://{host}:{port}: {explain(error)}; {mend or 'check the address'}"
-            ) from error
-        return sock
-
     def poll(self, now_us: int) -> list[LinkEvent]:
         events: list[LinkEvent] = []
-        if now_us >= self._paused_until_us and self._socket.fileno() >= 0:
-            self._accept(now_us, events)
+        sock = None if self._shut else self._own.poll(now_us)
+        if sock is not None and now_us >= self._paused_until_us:
+            self._accept(sock, now_us, events)
         for channel, sender in list(self._clients.items()):
             data, reason = read_some(sender.sock.fileno())
             if data:
@@ -240,11 +237,11 @@ class TcpServerLink:
             self._let_go(leaves, "made room for a newcomer", events)
         return leaves is not None
 
-    def _accept(self, now_us: int, events: list[LinkEvent]) -> None:
+    def _accept(self, listener: socket.socket, now_us: int, events: list[LinkEvent]) -> None:
         self._accepting = True
         for _ in range(2 * self._max_clients):
             try:
-                sock, address = self._socket.accept()
+                sock, address = listener.accept()
             except (BlockingIOError, InterruptedError, ConnectionError):
                 return
             except OSError:
@@ -266,17 +263,24 @@ class TcpServerLink:
         sender = self._clients.get(channel)
         return sender.write(data) if sender is not None and data else 0
 
+    @property
+    def is_listening(self) -> bool:
+        return self._own.socket is not None
+
     def filenos(self) -> list[int]:
-        if self._socket.fileno() < 0:
+        if self._shut:
             return []
-        own = [self._socket.fileno()] if self._accepting else []
+        own = [self._own.socket.fileno()] if self._own.socket is not None and self._accepting else []
         return own + [sender.sock.fileno() for sender in self._clients.values()]
 
     def describe(self) -> str:
-        return f"tcp-listen://{self.host}:{self.port} ({len(self._clients)} clients)"
+        state = f"waiting: {self._own.fault}" if self._own.fault else f"{len(self._clients)} clients"
+        return f"tcp-listen://{self.host}:{self.port} ({state})"
 
     def close(self) -> None:
         for sender in self._clients.values():
             sender.sock.close()
         self._clients.clear()
-        self._socket.close()
+        self._shut = True
+        if self._own.socket is not None:
+            self._own.socket.close()

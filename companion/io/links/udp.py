@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Final, Self
 
 from .link import Closed, LinkEvent, Opened, Received
+from .own_socket import OwnSocket
 from .places import NEWCOMERS_AT_ONCE, NEWCOMERS_PER_S, STRANGER_IDLE_US, LinkPlace, room_for_strangers, to_leave
 from .resolve import Address, Resolver
 from .stream import Backoff, explain
@@ -86,6 +87,17 @@ def send_datagram(sock: socket.socket, data: bytes, address: Address) -> tuple[i
         return (len(data) if error.errno != errno.EMSGSIZE else 0), explain(error)
 
 
+def _listening(family: socket.AddressFamily, address: Address) -> socket.socket:
+    sock = socket.socket(family, socket.SOCK_DGRAM)
+    try:
+        sock.setblocking(False)
+        sock.bind(address)
+    except OSError:
+        sock.close()
+        raise
+    return sock
+
+
 class UdpLink:
     """``udp-listen://host:port`` and ``udp-broadcast://addr:port``.
 
@@ -102,7 +114,6 @@ class UdpLink:
         self._resolver = Resolver(host, port, socket.SOCK_DGRAM)
         self._local_port = port if kind == "udp-listen" else local_port
         self._backoff = Backoff()
-        self._socket: socket.socket | None = None
         self._target: Address | None = None
         self._target_open = False
         self._guarded = False
@@ -115,9 +126,9 @@ class UdpLink:
         self._buffer = bytearray(9216)
         self.dropped = 0
         """Datagrams not passed on: a muted source, or no room in the table."""
-        if kind == "udp-listen":
-            self._socket = self._bind_listening(host, port)
-            self.port = int(self._socket.getsockname()[1])
+        self._own = OwnSocket((kind, host, port), socket.SOCK_DGRAM, _listening) if kind == "udp-listen" else None
+        self._socket = self._own.socket if self._own is not None else None
+        self.port = port if self._socket is None else int(self._socket.getsockname()[1])
 
     @classmethod
     def check(cls, url: LinkUrl) -> None:
@@ -138,28 +149,13 @@ class UdpLink:
         cls.check(url)
         return cls(name, url.scheme, *url.host_port(), local_port=int(url.number("local", 0, 0, 65535)))
 
-    @staticmethod
-    def _bind_listening(host: str, port: int) -> socket.socket:
-        sock: socket.socket | None = None
-        try:
-            family, _, _, _, address = socket.getaddrinfo(host or "0.0.0.0", port, type=socket.SOCK_DGRAM)[0]
-            sock = socket.socket(family, socket.SOCK_DGRAM)
-            sock.setblocking(False)
-            sock.bind(address)
-        except OSError as error:
-            if sock is not None:
-                sock.close()
-            mend = "choose another port, or stop the program that has it" if error.errno == errno.EADDRINUSE else ""
-            raise LinkConfigError(
-                f"udp-listen://{host}:{port}: {explain(error)}; {mend or 'check the address'}"
-            ) from error
-        return sock
-
     def poll(self, now_us: int) -> list[LinkEvent]:
         events: list[LinkEvent] = []
         if self._shut:
             return events
-        if self._socket is None and self._backoff.due(now_us):
+        if self._own is not None:
+            self._socket = self._own.poll(now_us)
+        elif self._socket is None and self._backoff.due(now_us):
             self._try_open(now_us)
         if self._socket is not None:
             self._receive(self._socket, now_us, events)
@@ -277,10 +273,16 @@ class UdpLink:
         self._fault = fault or self._fault
         return taken
 
+    @property
+    def is_listening(self) -> bool:
+        return self._own is None or self._own.socket is not None
+
     def filenos(self) -> list[int]:
         return [] if self._socket is None else [self._socket.fileno()]
 
     def describe(self) -> str:
+        if self._own is not None and self._own.fault:
+            return f"{self.where} (waiting: {self._own.fault})"
         state = f"{len(self._peers)} peers heard" + (f", {self.dropped} dropped" if self.dropped else "")
         return f"{self.where} ({state}{', ' + self._fault if self._fault else ''})"
 

@@ -11,7 +11,7 @@ from mavlink_bridge.language.witness import Witness
 
 from ..keeping import AnyStore, Completion, StoreContent, StoreOp
 from ..links import Link, LinkEvent, Opened, Received
-from ..links.link import GuardedLink, Selective
+from ..links.link import GuardedLink, Listening, Selective
 from .frame_log import FrameLog
 from .inputs import (
     CLOSED,
@@ -195,6 +195,10 @@ class RecordingLink:
     def take_stranger(self) -> str:
         """No input of the vessel's: whoever tells of it tells by the recorder."""
         return self._link.take_stranger() if isinstance(self._link, Selective) else ""
+
+    @property
+    def is_listening(self) -> bool:
+        return not isinstance(self._link, Listening) or self._link.is_listening
 
     def filenos(self) -> list[int]:
         return self._link.filenos()
