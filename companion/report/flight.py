@@ -131,7 +131,7 @@ class Flight:
     notes: list[str] = field(default_factory=list)
     """What could not be read."""
     not_whole: str = ""
-    """What of the recording is damaged or was never kept; empty = all of it is as the run left it, or nobody knows."""
+    """What of the recording is damaged or was not kept; empty = all of it is as the run left it, or nobody knows."""
     airtime_limit_s: float | None = None
     """What the band allows the vessel's radio in an hour; None = no limit, or no radio."""
     gap_s: float | None = None

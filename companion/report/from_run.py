@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from mavlink_bridge.language.requests import LoadPlan, PlanItem, PlanKind
 
+from ..core.vehicle.config import SystemConfig
 from ..io.keeping.content import from_json
 from ..io.log_file import parts_of
 from ..io.recording import InputReader, InputsError, digests, request_json
@@ -19,6 +20,7 @@ from .airtime import Airtime
 from .flight import Count, Event, Flight, FlightTrack, uncounted
 from .from_tlog import LONGEST_GAP_S, read_tlog
 from .sightings import sighting_of
+from .verdicts import moment
 
 _EVENT_MAX: Final = 1 << 16
 """Characters of one event, at most: a power cut may leave a file of gigabytes without a line."""
@@ -46,6 +48,8 @@ _SERIES: Final = (
     "rudder_starboard_deg",
 )
 _STATES: Final = ("mode", "guard", "action", "plan_state", "cause")
+_HOLE_S: Final = 0.5
+"""So much lost at once is a disk that took nothing, a second's rows at least; less is a damaged line."""
 _PLAN_STATES: Final = {"1": "no plan", "2": "not started", "3": "active", "4": "paused", "5": "complete"}
 
 
@@ -63,7 +67,7 @@ def read_run(run_dir: Path, count: Count = uncounted) -> Flight:
 
 
 def _not_whole(run_dir: Path) -> str:
-    found = (("damaged", ", ".join(digests.damaged(run_dir))), ("never kept", digests.never_kept(run_dir)))
+    found = (("damaged", ", ".join(digests.damaged(run_dir))), ("not all kept", digests.never_kept(run_dir)))
     return "; ".join(f"{what}: {names}" for what, names in found if names)
 
 
@@ -142,13 +146,14 @@ def _control(flight: Flight, run_dir: Path, count: Count) -> None:
     wanted = [(flight.of(name), _AT[name]) for name in _SERIES]
     track = FlightTrack()
     last_s: float | None = None
-    gap_s = 0.0
+    ticks = _Ticks(flight.settings)
     last_states: list[str] = []
     known: dict[bool, list[bool]] = {False: [], True: []}
     for row in _rows(parts, CONTROL_WIDTHS, count):
         try:
             t_s = _after(last_s, row[0])
             values = [float(row[at]) if row[at] else math.nan for _, at in wanted]
+            number = int(row[_AT["tick"]])
             is_known = bool(row[_AT["lat_deg"]] and row[_AT["lon_deg"]])
             known[row[_AT["armed"]] == "1"].append(is_known)
             if is_known:
@@ -162,12 +167,12 @@ def _control(flight: Flight, run_dir: Path, count: Count) -> None:
         if states != last_states:
             _say_states(flight, t_s, row)
             last_states = states
-        if last_s is not None and t_s - last_s > gap_s:
-            gap_s = t_s - last_s
+        ticks.take(t_s, number)
         last_s = t_s
     if last_s is not None:
         flight.duration_s = last_s
-        flight.gap_s = gap_s
+        flight.gap_s = ticks.gap_s
+        flight.not_whole = "; ".join(filter(None, (flight.not_whole, *ticks.holes)))
         judged = known[True] or known[False]
         flight.position_share = sum(judged) / len(judged) if judged else None
         for spans in flight.spans.values():
@@ -175,6 +180,29 @@ def _control(flight: Flight, run_dir: Path, count: Count) -> None:
     if track:
         flight.tracks["estimate"] = track
     flight.series = {name: series for name, series in flight.series.items() if series}
+
+
+class _Ticks:
+    """How the ticks followed one another, by their numbers: a row that could not be written is no tick that was not."""
+
+    def __init__(self, settings: dict[str, Any]) -> None:
+        rate_hz = settings.get("system", {}).get("tick_hz")
+        self._period_s = 1.0 / (rate_hz if isinstance(rate_hz, int) and rate_hz > 0 else SystemConfig().tick_hz)
+        self._last: tuple[float, int] | None = None
+        self.gap_s = 0.0
+        """Longest time between two ticks; at most so long where rows are lost, all that was late being one tick's."""
+        self.holes: list[str] = []
+        """When nothing was written, in words."""
+
+    def take(self, t_s: float, number: int) -> None:
+        """Take the next row that is there."""
+        if self._last is not None:
+            last_s, last_number = self._last
+            lost_s = max(0, number - last_number - 1) * self._period_s
+            self.gap_s = max(self.gap_s, t_s - last_s - lost_s)
+            if lost_s >= _HOLE_S:
+                self.holes.append(f"nothing in control.csv from {moment(last_s)} to {moment(t_s)}, the loop ran on")
+        self._last = t_s, number
 
 
 def _after(last_s: float | None, text: str) -> float:

@@ -168,6 +168,22 @@ def test_a_missing_file_leaves_the_rest(run_dir, tmp_path, missing):
     assert "Summary" in page.make_page(read_run(tmp_path))
 
 
+@pytest.mark.parametrize("stood_s", [0.0, 2.0])
+def test_rows_that_a_full_disk_did_not_take_are_no_ticks_that_were_not(run_dir, tmp_path, stood_s):
+    """The report had called a loop late that ran on, and the files "never kept". One that stood meanwhile is still told."""
+    shutil.copytree(run_dir, tmp_path, dirs_exist_ok=True)
+    header, *rows = (run_dir / "control.csv").read_text().splitlines(keepends=True)
+    kept = [header]
+    for row in rows:
+        t_s, rest = float(row.partition(",")[0]), row.partition(",")[2]
+        if not 10.01 < t_s < 24.99:
+            kept.append(f"{t_s + (stood_s if t_s > 20.0 else 0.0):.3f},{rest}")
+    (tmp_path / "control.csv").write_text("".join(kept))
+    flight = read_run(tmp_path)
+    assert flight.gap_s == pytest.approx(0.05 + stood_s, abs=0.005)
+    assert f"nothing in control.csv from 0:00:10 to 0:00:{25 + stood_s:.0f}" in flight.not_whole
+
+
 def test_text_from_outside_is_not_markup():
     flight = Flight("<script>x</script>", "file", 10.0)
     flight.events.append(Event(1.0, "text", "<img src=x>", "ERROR"))
@@ -514,7 +530,7 @@ def test_a_run_that_went_on_after_the_disk_was_full_says_so(tmp_path, capsys, mo
     world.shutdown(world.now_us)
     assert main(["report", str(tmp_path / "run")]) == 0
     first = capsys.readouterr().out.splitlines()[0]
-    assert first.split()[:3] == ["Recording", "never", "kept:"]
+    assert first.split()[:4] == ["Recording", "not", "all", "kept:"]
     assert {"control.csv", "inputs.bin"} <= set(re.findall(r"[a-z]+\.[a-z]+", first))
     assert main(["replay", str(tmp_path / "run")]) == 0
     told = capsys.readouterr().out
