@@ -57,6 +57,24 @@ def hull_mistakes(vessel: VesselConfig) -> list[str]:
     ]
 
 
+def hull_warnings(vessel: VesselConfig) -> list[str]:
+    """What may be meant of a hull file, and makes the depth under the keel wrong."""
+    keel_m = vessel.keel_depth_m
+    return [
+        f"{key} = {depth_m:g}: the sounder would hang {_about(depth_m - keel_m)} m below the lowest point, keel_depth_m {keel_m:g}, and so "
+        "much more water be told under the keel than there is under the sounder; on a pole it is the lowest point: keel_depth_m the same"
+        for key, depth_m in _sounders(vessel).items()
+        if depth_m > keel_m
+    ]
+
+
+def _sounders(vessel: VesselConfig) -> dict[str, float]:
+    """Depth of each sounder below the waterline, m, by its key."""
+    return {"transducer_depth_m": vessel.transducer_depth_m} | {
+        f"mounts.{name}.transducer_depth_m": mount.transducer_depth_m or 0.0 for name, mount in vessel.mounts.items()
+    }
+
+
 def _about(value: float) -> str:
     """Three figures of it, as a person writes them."""
     return f"{float(f'{value:.3g}'):g}"
@@ -118,11 +136,7 @@ def _below(vessel: VesselConfig) -> Iterator[str]:
         yield f"keel_depth_m = {keel_m:g}: less than hull.draught_m {hull.draught_m:g}; it is the lowest point, the guard measures from it"
     if keel_m > hull.draught_m + hull.length_m:
         yield f"keel_depth_m = {keel_m:g}: a keel deeper than the hull of {hull.length_m:g} m is long; were centimetres meant?"
-    sounders = {"transducer_depth_m": vessel.transducer_depth_m}
-    sounders |= {
-        f"mounts.{name}.transducer_depth_m": mount.transducer_depth_m or 0.0 for name, mount in vessel.mounts.items()
-    }
-    for key, depth_m in sounders.items():
+    for key, depth_m in _sounders(vessel).items():
         if depth_m < 0.0:
             yield f"{key} = {depth_m:g}: above the water a sounder hears nothing; the depth is positive down"
         if depth_m > max(keel_m, hull.draught_m) + hull.length_m:

@@ -15,9 +15,10 @@ from .. import security
 from ..core.nmea.wanted import WantedSentences
 from ..io.links import LinkConfigError, parse_link_url
 from ..io.links.url import LinkUrl
-from ..settings import Settings
+from ..settings import Settings, load_vessel
 from ..settings.told import named
 from .carriers import carrier_warnings
+from .hulls import hull_warnings
 from .idle import idle_notes
 from .places import store_mistakes
 from .thresholds import threshold_warnings
@@ -57,6 +58,7 @@ def vessel_warnings(settings: Settings) -> list[str]:
     found += [f"endpoint {name} takes orders from anybody {_MEANT}" for name in security.open_doors(settings)]
     found += [f"{named(key, _names(settings))}: {told} {_MEANT}" for key, told, _ in security.open_devices(settings)]
     found += [named(text, _names(settings)) for text in (*carrier_warnings(settings), *threshold_warnings(settings))]
+    found += [f"{settings.vessel}: {text}" for text in hull_warnings(load_vessel(settings.vessel))]
     found += _opens_nothing(settings)
     found += _place("store", settings.store, is_folder=False)
     if settings.record.enabled:

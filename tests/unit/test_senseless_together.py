@@ -248,6 +248,19 @@ def test_no_hull_that_the_house_sails_is_refused():
     assert hull_mistakes(load_vessel("otter").scaled(mass=1.5, drag=3.0, thrust=0.4)) == [], "laden, fouled, weak"
 
 
+def test_a_sounder_below_the_lowest_point_is_told(tmp_path, capsys):
+    """It was called good, and 1.65 m more water told under the keel than there was under the sounder."""
+    hull = (
+        shipped.path("vessels", "otter.toml").read_text().replace("transducer_depth_m = 0.20", "transducer_depth_m = 2")
+    )
+    path = boat(tmp_path, BOAT.replace('vessel = "otter"', HULL))
+    for keel, warned in (("0.35", True), ("2.0", False)):
+        (tmp_path / "hull.toml").write_text(hull.replace("keel_depth_m = 0.35", f"keel_depth_m = {keel}"))
+        assert main(["check", str(path)]) == 0
+        told = capsys.readouterr().out
+        assert ("transducer_depth_m = 2: the sounder would hang 1.65 m below the lowest point" in told) == warned
+
+
 def test_a_wrong_hull_hides_nothing_of_the_boats_own_file(tmp_path, capsys):
     text = (
         BOAT.replace('vessel = "otter"', 'vessel = "ottre"')
