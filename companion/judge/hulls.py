@@ -29,6 +29,8 @@ _QUICKEST: Final = (
     ("nrr", "m33_kgm2", 120.0, "1/rad"),
 )
 """Damping over its inertia: ten times what boats of 1 to 6 m have. What steps through time with more runs away."""
+_DAMPED_PER_S: Final = 0.3
+"""Yaw damping at rest over its inertia: the shipped hulls have 0.7 to 1.3, and what was measured by two turns on the spot alone 0.1."""
 _SPEEDS_MPS: Final = (0.2, 25.0)
 """Top speeds: below, nothing could be held against a breeze; 25 m/s are 49 knots."""
 _LAG_S: Final = 5.0
@@ -58,14 +60,33 @@ def hull_mistakes(vessel: VesselConfig) -> list[str]:
 
 
 def hull_warnings(vessel: VesselConfig) -> list[str]:
-    """What may be meant of a hull file, and makes the depth under the keel wrong."""
+    """What may be meant of a hull file, and is more often a mistake that costs water under the keel, or the track."""
+    return [*_hanging(vessel), *_undamped(vessel)]
+
+
+def _hanging(vessel: VesselConfig) -> Iterator[str]:
     keel_m = vessel.keel_depth_m
-    return [
+    return (
         f"{key} = {depth_m:g}: the sounder would hang {_about(depth_m - keel_m)} m below the lowest point, keel_depth_m {keel_m:g}, and so "
         "much more water be told under the keel than there is under the sounder; on a pole it is the lowest point: keel_depth_m the same"
         for key, depth_m in _sounders(vessel).items()
         if depth_m > keel_m
-    ]
+    )
+
+
+def _undamped(vessel: VesselConfig) -> Iterator[str]:
+    hull = vessel.hull
+    if hull.nur == 0.0 and hull.nr < _DAMPED_PER_S * hull.m33_kgm2:
+        yield (
+            f"hull.nur = 0 beside nr {_about(hull.nr)}: by this file nothing damps the boat's turning at cruise, and it is steered "
+            f"softly; a turn on the spot shows nothing of nur: start from {_about(0.5 * _keel_line_nms(vessel))} (docs/VESSEL.md, step 5)"
+        )
+
+
+def _keel_line_nms(vessel: VesselConfig) -> float:
+    """Yaw damping per m/s of way of a long keel line, slender-body theory."""
+    lever = 0.5 * vessel.hull.draught_m * vessel.hull.length_m
+    return RHO_WATER * lever * lever
 
 
 def _sounders(vessel: VesselConfig) -> dict[str, float]:

@@ -261,6 +261,16 @@ def test_a_sounder_below_the_lowest_point_is_told(tmp_path, capsys):
         assert ("transducer_depth_m = 2: the sounder would hang 1.65 m below the lowest point" in told) == warned
 
 
+def test_a_hull_that_nothing_damps_at_cruise_is_told(tmp_path, capsys):
+    """A catamaran measured by turns on the spot alone sailed her legs by metres."""
+    hull = shipped.path("vessels", "otter.toml").read_text()
+    path = boat(tmp_path, BOAT.replace('vessel = "otter"', HULL))
+    for damping, warned in (("nr = 4.26", True), ("nr = 4.26\nnur = 30.0", False)):
+        (tmp_path / "hull.toml").write_text(hull.replace("nr = 42.6", damping))
+        assert main(["check", str(path)]) == 0
+        assert ("hull.nur = 0 beside nr 4.26" in capsys.readouterr().out) == warned
+
+
 def test_a_wrong_hull_hides_nothing_of_the_boats_own_file(tmp_path, capsys):
     text = (
         BOAT.replace('vessel = "otter"', 'vessel = "ottre"')
