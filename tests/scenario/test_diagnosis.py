@@ -13,11 +13,12 @@ from mavlink_bridge.language.messages import EstimatedState, Loiter, Mode
 from mavlink_bridge.language.requests import Arm, ManualInput
 from sitl.plant import WaterConfig
 from sitl.plant.library import load_vessel
-from tools.benches.cells.control_cells import WATERS, Case
+from tools.benches.cells.control_cells import BREEZE, WATERS, Case
 from tools.benches.cells.control_loop import TICK_S
 from tools.benches.cells.fault_cells import MIRRORED, REVERSED, SWAPPED, stuck, thrusters
 from tools.benches.cells.foreign_hulls import FOREIGN, any_hull, bare, launch, single_screw
 from tools.benches.cells.sensed import SensedState, late_eyes
+from tools.benches.cells.trial_cells import wrong
 
 HULLS = {
     "otter": load_vessel("otter"),
@@ -107,6 +108,18 @@ def test_weed_that_leaves_two_fifths_is_told_where_nothing_else_fits():
     found = suspected_s("otter", WATERS["calm"], RING, 1.5, 30.0, thrusters(1.0, 0.4))
     assert found is not None
     assert found[1] is Cause.STARBOARD_WEAK
+
+
+def test_a_sound_boat_whose_file_is_wrong_is_not_told_of_a_thruster():
+    """By up to half in every figure: she makes a third less speed than it says. A port thruster was told of after half a minute."""
+    belief = wrong(HULLS["otter"], 1)
+    run = Case(HULLS["otter"], BREEZE, source=SensedState, belief=belief).loop()
+    run.place(15.0, 0.0, math.pi / 2.0, 1.5)
+    run.sail(Loiter(0, *run.frame.to_geodetic(0.0, 0.0), figure=Circle(radius_m=15.0)))
+    diagnosis = Diagnosis(belief)
+    while run.t_s < 45.0:
+        run.tick(1.5)
+        assert diagnosis.step(TICK_S, run.state, run.sent) is None
 
 
 def test_a_hull_that_turns_away_by_itself_is_no_fault():

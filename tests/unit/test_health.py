@@ -35,7 +35,7 @@ def test_quiet_water_is_known_for_it_within_twenty_seconds():
     seen(weather, lambda: (0.0, 0.0), 40)
     assert weather.settled
     assert weather.gale_share < 0.7
-    assert weather.noise(0.0).variance[1] < 50.0
+    assert weather.noise(HEALTHY).variance[1] < 50.0
 
 
 def test_what_lasts_says_less_than_what_comes_and_goes():
@@ -45,15 +45,16 @@ def test_what_lasts_says_less_than_what_comes_and_goes():
         gust[0] += 0.08 * (dice.gauss(0.0, 60.0) - gust[0])
         return gust[0], gust[0]
 
-    gusty = seen(Weather(BOUNDS), slow, 200).noise(0.0).alike
-    quick = seen(Weather(BOUNDS), lambda: (dice.gauss(0.0, 10.0),) * 2, 200).noise(0.0).alike
+    gusty = seen(Weather(BOUNDS), slow, 200).noise(HEALTHY).alike
+    quick = seen(Weather(BOUNDS), lambda: (dice.gauss(0.0, 10.0),) * 2, 200).noise(HEALTHY).alike
     assert quick == (2.0, 2.0)
     assert min(gusty) > 3.0
 
 
 def test_a_model_that_is_off_by_thrust_is_noise_in_proportion():
-    noise = seen(Weather(BOUNDS), lambda: (0.0, 0.0), 100)
-    assert noise.noise(1000.0).variance[0] > 3000.0 > noise.noise(0.0).variance[0]
+    weather = seen(Weather(BOUNDS), lambda: (0.0, 0.0), 100)
+    hard = replace(HEALTHY, thrust_n=1000.0)
+    assert weather.noise(hard).variance[0] > 3000.0 > weather.noise(HEALTHY).variance[0]
 
 
 def weighed(cause, effect, samples, **more):

@@ -1,7 +1,7 @@
 """From ticks to samples: what pushes and turns the hull beyond its model, and what each suspect would explain of it.
 
-Both sides pass the same low-pass, so that no measured speed is differentiated. The drift that is taken off the ground speed
-follows the estimate only while nothing is suspected: the estimate takes lost thrust for a current within ten seconds.
+Both sides pass the same low-pass, so that no measured speed is differentiated. The drift that is taken off the ground speed,
+and what the file is off by, follow the estimate only while nothing is suspected: it takes lost thrust for either within ten seconds.
 """
 
 from __future__ import annotations
@@ -60,6 +60,8 @@ class Sample:
     """What the modelled yaw moment is off by when the way aside through the water is: a hull without a fin is turned by it."""
     upset: bool = False
     """The water itself has just changed: what was known of the weather is gone."""
+    file_off: float = 0.0
+    """By this share of her speed the hull's file was off before anything was suspected."""
 
 
 _STATION_MPS: Final = 0.5
@@ -94,6 +96,7 @@ class Residual:
         self._sways: list[float] = []
         self._sum_s = self._seen_s = self._ground_mps = 0.0
         self._drift_mps = (0.0, 0.0)
+        self._file_off = 0.0
 
     def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None, suspected: bool) -> Sample | None:
         """Take one tick and what was sent before it."""
@@ -103,6 +106,7 @@ class Residual:
             return None
         self._seen_s += dt_s
         if not suspected:
+            self._file_off += dt_s / _DRIFT_TAU_S * (abs(state.made_share) - self._file_off)
             self._follow_drift(dt_s, state.drift_n_mps or 0.0, state.drift_e_mps or 0.0)
         (north, east), cos, sin = self._drift_mps, math.cos(psi), math.sin(psi)
         water_u, water_v = u - north * cos - east * sin, v + north * sin - east * cos
@@ -173,4 +177,5 @@ class Residual:
             on_station=self._ground_mps < _STATION_MPS,
             aside_nm=abs(self._forces(acting, _ASIDE_MPS)[1] - forces[1]),
             upset=upset,
+            file_off=self._file_off,
         )

@@ -31,6 +31,9 @@ _MODEL: Final = 0.03
 """Share of the thrust by which a fitted model is off otherwise from moment to moment,"""
 _MODEL_CHANGE: Final = 0.1
 """and of what has just been put on or taken off: what a model is off by for long is in the slow push already."""
+_FILE: Final = 0.5
+"""Of what a file is off by in her speed: so much of the thrust it is off by from moment to moment. Thrust is off by twice that share, and
+most of it lasts. Of 80 sound boats with files wrong by half in every figure 11 were told of a thruster, with this and the bars of now 5."""
 _TWICE: Final = 2.0
 """Samples that say the same once in quiet weather: they lie closer than the low-pass."""
 _QUIET: Final = 0.72
@@ -103,10 +106,11 @@ class Weather:
         found, first = self._variance, self._bounds.first
         return math.sqrt(max(found[0] / first[0], found[1] / first[1]))
 
-    def noise(self, thrust_n: float, aside_nm: float = 0.0) -> HealthyNoise:
-        """With this much thrust, both sides together, and a yaw moment that is off by as much for the way aside."""
-        off_n = _MODEL * thrust_n + _MODEL_CHANGE * abs(thrust_n - self._thrust_n)
-        off_nm = math.hypot(off_n * self._bounds.lever_m, aside_nm)
+    def noise(self, sample: Sample) -> HealthyNoise:
+        """With the thrust of this sample, a file that is off as much, and a yaw moment that is off for the way aside."""
+        model = max(_MODEL, _FILE * sample.file_off)
+        off_n = model * sample.thrust_n + _MODEL_CHANGE * abs(sample.thrust_n - self._thrust_n)
+        off_nm = math.hypot(off_n * self._bounds.lever_m, sample.aside_nm)
         variance = self._variance[0] + off_n * off_n, self._variance[1] + off_nm * off_nm
         known = max(1.0, self._known_s() / _APART_S)
         return HealthyNoise(variance, (self._alike(0), self._alike(1)), known)

@@ -113,7 +113,7 @@ class Weighing:
         if not self._weather.settled:
             self._weather.follow(step_s, sample, suspicious=False)
             return None
-        self._weigh(step_s, sample, self._weather.noise(sample.thrust_n, sample.aside_nm))
+        self._weigh(step_s, sample, self._weather.noise(sample))
         self._weather.follow(step_s, sample, self.suspected)
         self._suspected_s = self._suspected_s + step_s if max(self._against) > _SUSPICION else 0.0
         if not self._suspected_s:
