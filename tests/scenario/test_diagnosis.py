@@ -19,6 +19,7 @@ from tools.benches.cells.fault_cells import MIRRORED, REVERSED, SWAPPED, stuck, 
 from tools.benches.cells.foreign_hulls import FOREIGN, any_hull, bare, launch, single_screw
 from tools.benches.cells.sensed import SensedState, late_eyes
 from tools.benches.cells.trial_cells import wrong
+from tools.campaigns.health import HEALTH
 
 HULLS = {
     "otter": load_vessel("otter"),
@@ -166,6 +167,11 @@ def test_a_stuck_rudder_is_not_taken_for_a_thruster_that_pushes_the_wrong_way():
 def test_weed_is_found_with_a_compass_that_is_late():
     suspected, _ = judged("crooked", WATERS["calm"], 45.0, from_30_s(thrusters(0.4, 1.0)))
     assert suspected == [Cause.PORT_WEAK]
+
+
+def test_unlike_thrusters_changed_over_are_told_in_calm_water():
+    """What they turn her by is no more than a gale does, but there is no gale."""
+    assert HEALTH.sail("lopsided", "calm", "ring", "swapped", 1)["is_right"]
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])

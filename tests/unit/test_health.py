@@ -96,6 +96,16 @@ def test_on_station_it_takes_more():
     assert needed() < needed(on_station=True)
 
 
+def told_after(cause, effect):
+    """How many samples it takes until a fault of this effect is told."""
+    return next(k for k in range(60) if weighed(cause, effect, QUIET + k * [effect])[1])
+
+
+def test_only_what_may_be_a_propeller_that_stops_is_waited_for():
+    """Rudders that stood were told of a second too late, when the odds had long been a million to one."""
+    assert told_after(Cause.RUDDERS_STILL, (0.0, -60.0)) < told_after(Cause.PORT_WEAK, (-60.0, 25.0))
+
+
 def test_what_is_not_told_apart_for_long_was_no_fault():
     suspect = suspects(OTTER)[0]
     weighing = Weighing((suspect, replace(suspect, cause=Cause.SWAPPED)), BOUNDS)

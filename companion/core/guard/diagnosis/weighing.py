@@ -30,12 +30,12 @@ _NEAR: Final = 0.05
 """Share by which a suspect's own effect may be off."""
 _SUSPICION: Final = 6.0
 """From here on the drift is frozen and suspects are compared: what wind favours before must not count for the fault after it."""
-_ENOUGH: Final = 20.0
-"""Ninety hours of gale and blow do not reach it under way; a lost thruster brings it in six seconds."""
+_ENOUGH: Final = 12.0
+"""Thirty hours of gale and blow reach 0.63 of it under way. It was 20, of which they reached 0.38."""
 _ENOUGH_ON_STATION: Final = 60.0
-"""On station the thrust follows the gusts: there those hours reach fifty-three."""
+"""On station the thrust follows the gusts: there hours of gale reach fifty-three."""
 _QUIET: Final = 0.6
-"""In quiet water it takes so much of that to find thrust that is missing: there is no gust that could be it."""
+"""In quiet water it takes so much of that: there is no gust that could be it."""
 _HELM: Final = 1.25
 """A helm that answers gusts looks most like one that does nothing."""
 _AGAINST: Final = 0.8
@@ -46,7 +46,9 @@ _SURE, _LESS = 8.5, 0.6
 """Odds of five thousand to one: from there on this share of the evidence will do under way. A gust fits several causes about as badly:
 in clean water what is so far ahead has half of what is enough at most. On station it has all of it: there thrust follows the gust."""
 _HELD_S: Final = 3.0
-"""A reversed propeller looks like a lost one while it stops."""
+"""A reversed propeller looks like a lost one while it stops,"""
+_SEEN_S: Final = 1.0
+"""and nothing else looks like another fault while it sets in: two samples say so."""
 _GIVE_UP_S: Final = 40.0
 """What is not told apart by then was weather or something that is no suspect."""
 
@@ -72,7 +74,7 @@ class Weighing:
         self._against, self._score = [0.0] * count, [0.0] * count
         self._pushes = [[0.0, 0.0] for _ in range(count)]
         self._suspected_s = self._held_s = 0.0
-        self._base, self._missing = _ENOUGH, 1.0
+        self._base = _ENOUGH
 
     @property
     def suspected(self) -> bool:
@@ -96,7 +98,7 @@ class Weighing:
         """The evidence that it takes in this weather."""
         match cause:
             case Cause.WEAK | Cause.REVERSED | Cause.PORT_WEAK | Cause.STARBOARD_WEAK | Cause.SLIP:
-                return self._base * self._missing
+                return self._base
             case Cause.RUDDERS_STILL:
                 return self._base * _HELM
             case Cause.PORT_REVERSED | Cause.STARBOARD_REVERSED | Cause.SWAPPED | Cause.RUDDERS_REVERSED:
@@ -120,8 +122,8 @@ class Weighing:
             self._score = [0.0] * len(self._among)
         elif self._suspected_s > _GIVE_UP_S:
             self._begin()
-        self._base = _ENOUGH_ON_STATION if sample.on_station else _ENOUGH
-        self._missing = max(_QUIET, min(self._weather.gale_share, 1.0))
+        weather = max(_QUIET, min(self._weather.gale_share, 1.0))
+        self._base = weather * (_ENOUGH_ON_STATION if sample.on_station else _ENOUGH)
         self.opinion = self._opinion()
         return self._decide(step_s, sample)
 
@@ -174,7 +176,7 @@ class Weighing:
         # A boat on a tow rope is pulled with the force of a gale and more by what no thruster gives.
         is_towed = self._leaves_n(sample, best) > self._bounds.most[0]
         self._held_s = self._held_s + step_s if is_any and not is_towed else 0.0
-        if not is_enough or self._held_s < _HELD_S:
+        if not is_enough or self._held_s < _least_s(cause):
             return None
         return cause if ahead > _APART * _HELD_S / self._held_s else None
 
@@ -185,6 +187,12 @@ def _odd(ratio: float, known: float) -> float:
     A boat that has met three gusts has not met the greatest: five of their sigmas are no proof.
     """
     return (known + 1.0) * math.log1p(ratio / known)
+
+
+def _least_s(cause: Cause) -> float:
+    """So long something must be wrong until it is told of this."""
+    is_little = cause in (Cause.WEAK, Cause.PORT_WEAK, Cause.STARBOARD_WEAK, Cause.SLIP)
+    return _HELD_S if is_little else _SEEN_S
 
 
 def _share_needed(ahead: float) -> float:
