@@ -188,6 +188,12 @@ def test_wind_that_turns_the_hull_is_no_propeller_that_fouls():
     assert worn_in(lambda leg: (0.9, 0.35) if leg % 2 else (0.35, 0.9)).weak == (False, False)
 
 
+def test_a_drag_to_one_side_is_no_propeller_that_fouls():
+    """A sonar's pole, a rudder a few degrees off: a sound boat was told that a thruster gives much less, and slowed."""
+    assert worn_in(lambda leg: (0.9, 0.6)).weak == (False, False)
+    assert worn_in(lambda leg: (0.6, 0.9)).weak == (False, False)
+
+
 def test_on_one_straight_leg_wind_and_a_slow_loss_look_the_same():
     assert worn_in(lambda leg: (0.9, 0.35), legs=[0.0] * 5).weak == (False, False)
 

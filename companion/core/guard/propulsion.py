@@ -209,11 +209,12 @@ class PropulsionWatch:
         )
         hull = self._vessel.hull
         moment_nm = hull.m23_kgm * dv + hull.m33_kgm2 * dr
-        held_n = port_n + starboard_n - self._statics.drag_n(water_u)
+        drag_n = self._statics.drag_n(water_u)
+        held_n = port_n + starboard_n - drag_n
         helm_nm = self._model.rudder_slope_nm(water_u, port_n, starboard_n) * angle
         port_nm = self._lateral_m * port_n + self._race_nm(port_n, angle)
         starboard_nm = -self._lateral_m * starboard_n + self._race_nm(starboard_n, angle)
-        values = [r, moment_nm, port_n, starboard_n, held_n, u, abs(helm_nm), port_nm, starboard_nm, helm_nm]
+        values = [r, moment_nm, port_n, starboard_n, held_n, u, abs(helm_nm), port_nm, starboard_nm, helm_nm, drag_n]
         if self._smooth is None:
             self._smooth = values
             return self.weak
@@ -280,7 +281,7 @@ class PropulsionWatch:
             slow.forget()
             self._lost_s = [0.0, 0.0]
             return
-        slow.step(dt_s, psi_rad, (smooth[7], smooth[8]), missing_nm)
+        slow.step(dt_s, psi_rad, (smooth[7], smooth[8]), missing_nm, drag_nm=self._lateral_m * smooth[10])
         for side, lost in enumerate(slow.lost):
             self._lost_s[side] = self._lost_s[side] + dt_s if lost else 0.0
             if self._lost_s[side] > self._for_s:
