@@ -238,6 +238,7 @@ def test_row_24_a_boat_on_her_ropes_whose_thrusters_are_tried_has_a_sound_receiv
     made.run(10.0)
     assert not is_frozen(made)
     assert made.state.position_valid
+    assert not any("moves" in text for _, _, text in made.texts), "it has not"
 
 
 def test_row_24_a_receiver_that_was_told_of_is_not_sound_because_the_boat_has_stopped() -> None:
@@ -247,6 +248,35 @@ def test_row_24_a_receiver_that_was_told_of_is_not_sound_because_the_boat_has_st
     made.run(30.0)
     assert is_frozen(made)
     assert not made.state.position_valid
+
+
+def test_row_24_a_receiver_that_was_frozen_under_way_is_believed_again_at_rest() -> None:
+    """Frozen for 60 s, it was none for three minutes after that: its speed had led so far that no boat at rest could catch up."""
+    sailed = straight(1.8, 0.4)
+    made = SensorRig(
+        lambda t_s: replace(sailed(20.0), vn_mps=0.0, ve_mps=0.0, u_mps=0.0) if t_s > 20.0 else sailed(t_s)
+    )
+    made.run(12.0)
+    made.suite.faults.frozen = True
+    made.run(60.0)
+    assert not made.state.position_valid
+    made.suite.faults.frozen = False
+    made.run(3.0)
+    assert not is_frozen(made)
+    assert made.error_m() < 0.2
+
+
+def test_row_24_a_receiver_that_never_pins_its_place_is_frozen_while_it_repeats_one() -> None:
+    """Frozen on station it tells no speed: the boat had hardly stopped for it when it "moved again", and Auto was sailed blind."""
+    made = SensorRig(lambda t_s: Pose(0.0, 0.0, 0.4, 0.0, 0.0, u_mps=1.0 if 35.0 < t_s < 47.0 else 0.0))
+    made.run(34.0)
+    made.suite.faults.frozen = True
+    made.run(26.0)
+    assert is_frozen(made)
+    assert not made.state.position_valid
+    made.suite.faults.frozen = False
+    made.run(1.0)
+    assert not is_frozen(made)
 
 
 def test_row_24_a_receiver_stuck_in_time_is_frozen_too_even_at_rest() -> None:

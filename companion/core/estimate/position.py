@@ -232,7 +232,7 @@ class PositionTrack:
         frozen = same_s > self._warn_s
         if frozen != self.frozen:
             self.frozen = frozen
-            text = self._watch.text if frozen else "Receiver's position moves again"
+            text = self._watch.text if frozen else self._watch.back
             if frozen or not anew:  # of the one before nothing is known any more
                 self._texts.append((Severity.WARNING if frozen else Severity.INFO, text))
         self._frozen_out = same_s > self._invalid_s

@@ -38,6 +38,11 @@ _FAR: Final = 5.0
 _LEADS_MPS: Final = 0.4
 """What a receiver at rest tells as speed, always in one direction, is less."""
 
+_LIVELY_US: Final = 30_000_000
+"""A receiver that pins its place at rest does so within seconds: one that has told ever new places at rest for so long does not."""
+_PINNED_US: Final = 3_000_000
+"""A place that stood for so long was pinned, or hung: three periods of the slowest receiver."""
+
 
 _Seen = tuple[int, complex, complex]
 
@@ -101,32 +106,51 @@ class FrozenWatch:
 
     def __init__(self) -> None:
         self._last: tuple[float | None, float | None] | None = None
-        self._since_us = 0
+        self._since_us = self._changed_us = 0
         self._last_utc_us: int | None = None
         self._led = False
         """Whether its own speed has led from the place that it repeats."""
+        self._lively_us = 0
+        """For how long it has told ever new places at rest."""
         self._stuck = _Stuck()
         self.text = ""
         """What to say of it."""
+        self.back = ""
+        """What to say when it is not so any more."""
 
     def same_for_s(self, fix: GpsFix, at: Pair, velocity: Pair | None, *, moving: bool, told: bool) -> float:
-        """Seconds that the position has been the same; of a vessel at rest it does not count, unless it was ``told`` of before.
+        """Seconds that the position has been the same; of a vessel at rest it counts only if it was ``told`` of before.
 
-        Not so of one that has told no speed: on her ropes a vessel does not move, whatever her thrusters should make of it. ``at``: where
-        the fix is, m; ``velocity``: what it tells of it, m/s.
+        And then only of one that has told a speed, or told ever new places at rest: on her ropes a vessel does not move, whatever her
+        thrusters should make of it. ``at``: where the fix is, m; ``velocity``: what it tells of it, m/s.
         """
         here = (fix.lat_rad, fix.lon_rad)
         repeated_utc = fix.utc_us is not None and fix.utc_us == self._last_utc_us
         self._last_utc_us = fix.utc_us
-        if here != self._last or not (moving or repeated_utc or (told and self._led)):
+        is_new = here != self._last
+        if is_new:
+            self._note_new(fix.t_us, moving=moving)
+        goes_on = told and (self._led or self._lively_us >= _LIVELY_US)
+        if is_new or not (moving or repeated_utc or goes_on):
             self._last, self._led = here, False
             self._since_us = fix.t_us
         self._led = self._led or (velocity is not None and math.hypot(*velocity) > _LEADS_MPS)
         same_s = (fix.t_us - self._since_us) * 1e-6
         slack_m = _SLACK_M + _SIGMAS * POSITION_SIGMA_M[fix.fix_type]
         stuck_s = self._stuck.step(fix.t_us, at, velocity, slack_m=slack_m, told=told)
+        if told and same_s > stuck_s:  # with the last digit that changes it is over
+            self._stuck.forget()
         self.text = f"Receiver {'repeats' if same_s >= stuck_s else 'stays about'} one position while moving"
+        self.back = "Receiver's position moves again" if is_new else "Receiver repeats one position at rest: believed"
         return max(same_s, stuck_s)
+
+    def _note_new(self, t_us: int, *, moving: bool) -> None:
+        """Take that the place is another than the one before."""
+        since_us, self._changed_us = t_us - self._changed_us, t_us
+        if since_us > _PINNED_US:
+            self._lively_us = 0
+        elif not moving:
+            self._lively_us += since_us
 
 
 class _Stuck:
@@ -138,6 +162,10 @@ class _Stuck:
         self._first_us = 0
         self._far_us: int | None = None
         self._led = 0j
+
+    def forget(self) -> None:
+        """Begin anew with the next fix."""
+        self._first = self._far_us = None
 
     def step(self, t_us: int, at: Pair, velocity: Pair | None, *, slack_m: float, told: bool) -> float:
         """Return for how long the speed has led so far away that the place should have moved, s."""
