@@ -71,8 +71,8 @@ class VoyageKeeper:
         record = content.records.get(_VOYAGE)
         data = record.data if record is not None and record.version == 1 else None
         if isinstance(data, dict):
-            place, home = _point(data.get("place")), _point(data.get("home"))
-            controls.resume_voyage(place, home, by_operator=data.get("by_operator") is True)
+            place, home, seen = (_point(data.get(name)) for name in ("place", "home", "seen"))
+            controls.resume_voyage(place, home, seen, by_operator=data.get("by_operator") is True)
             self._saved = controls.lasting_voyage
 
     def tick(self, now_us: int) -> None:

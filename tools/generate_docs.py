@@ -159,7 +159,8 @@ def refusals() -> str:
         "stays 133 m away, at 41.18502 -8.70621; Set Home moves it` (the station's *Set Home*, DO_SET_HOME, puts it where the boat is or",
         "anywhere else). The first arming after a voyage makes home of the place where the boat is then: after a landing, half an hour",
         "after a disarm elsewhere, and farther than 5 km from that disarm (another water, by car) before the half hour too: that is",
-        "a departure again.",
+        "a departure again. A computer that starts again farther than 5 km both from home and from where the boat was last seen ends the",
+        "voyage, too: `the voyage before was left 30 km away: it is over, and home is here`.",
         "",
         table_markdown(),
     ]

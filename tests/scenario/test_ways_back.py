@@ -357,6 +357,38 @@ def at_north(place, north_m):
     return LatLon(LocalFrame(*place).to_geodetic(north_m, 0.0))
 
 
+def test_a_voyage_goes_on_farther_from_home_than_the_longest_leg(voyage):
+    """She was taken for carried there: "the voyage before began 5 km away: it is over", and Return led 0 m."""
+    store = MemoryStore()
+    trip = voyage("depth.enabled=false", store=store)
+    home = at_north(trip.world.surroundings.plant.frame.to_geodetic(0.0, 0.0), -5_200.0)
+    assert trip.ask(Arm(arm=True)).reason == ""
+    assert trip.ask(SetHomePosition(*home)).reason == ""
+    trip.run(1.0)
+    again = voyage("depth.enabled=false", store=store)
+    assert any("voyage goes on" in text for text in again.texts)
+    assert not [text for text in again.texts if "it is over" in text]
+    assert again.ask(Arm(arm=True)).reason == ""
+    assert again.world.app.vehicle.parts.mission.home == pytest.approx(home)
+
+
+def test_where_a_voyage_was_last_seen_is_kept_to_half_a_kilometre():
+    pier, going = LatLon((0.7, -0.1)), Voyage()
+    going.armed(0, pier)
+    kept = set()
+    for out_m in range(0, 9_001, 100):
+        here = at_north(pier, float(out_m))
+        going.passes(here)
+        kept.add(going.lasting)
+        after = Voyage()
+        after.resume(*going.lasting)
+        assert not after.carried_m(here, pier)
+        assert not after.carried_m(pier, pier), "brought home with the computer off"
+        assert out_m < 6_000 or not after.carried_m(at_north(pier, out_m + 4_000.0), pier), "adrift"
+        assert after.carried_m(at_north(pier, out_m + 9_000.0), pier) > 8_000.0, "another water, by car"
+    assert len(kept) < 20, "one line on the disk each"
+
+
 def test_a_boat_that_was_carried_away_does_not_go_on_with_its_last_voyage(voyage):
     store = MemoryStore()
     voyage("depth.enabled=false", store=store).sail(1.5, (60.0, 0.0), after_s=5.0)

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
-from mavlink_bridge.language.geodesy import inverse
 from mavlink_bridge.language.messages import (
     Distance,
     EstimatedState,
@@ -39,7 +38,7 @@ from .operators import StickOwner
 from .parts import Parts
 from .ticked import before_the_first
 from .voice import Voice
-from .voyage import RESUMED_M, Voyage
+from .voyage import Voyage
 
 _STATION: Final = Source("station", "DISTANCE_SENSOR")
 _TOLD_UNKNOWN: Final = 0.01
@@ -171,9 +170,11 @@ class Controls:
         self.voyage.armed(now_us, self.here)
         self.armed, self.decided = True, replace(self.decided, armed=True)
 
-    def resume_voyage(self, place: LatLon | None, home: LatLon | None, *, by_operator: bool) -> None:
+    def resume_voyage(
+        self, place: LatLon | None, home: LatLon | None, seen: LatLon | None, *, by_operator: bool
+    ) -> None:
         """The process before this one ended under way: home stays where it was, and arming is no departure."""
-        self.voyage.resume(place)
+        self.voyage.resume(place, seen)
         if home is None:
             return
         self.parts.mission.home, self._home_by_operator = home, by_operator
@@ -182,16 +183,14 @@ class Controls:
 
     def look_where_started(self) -> None:
         """The place is known for the first time: a voyage that went on far from here was ended on a trailer."""
-        self.started_at = here = self.here
-        home = self.parts.mission.home
-        if here is None or home is None or not self.voyage.is_broken:
+        here, home = self.here, self.parts.mission.home
+        self.started_at = here
+        if here is None or home is None:
             return
-        away_m = inverse(*home, *here)[0]
-        if away_m > RESUMED_M:
+        if away_m := self.voyage.carried_m(here, home):
             self.voyage, self.parts.mission.home, self._home_by_operator = Voyage(), here, False
-            self.voice.say(
-                Severity.WARNING, f"the voyage before began {away_m / 1000.0:.0f} km away: it is over, and home is here"
-            )
+            text = f"the voyage before was left {away_m / 1000.0:.0f} km away: it is over, and home is here"
+            self.voice.say(Severity.WARNING, text)
 
     @property
     def lasting_voyage(self) -> dict[str, object] | None:
@@ -199,7 +198,8 @@ class Controls:
         lasting = self.voyage.lasting
         if lasting is None:
             return None
-        return {"place": lasting[0], "home": self.parts.mission.home, "by_operator": self._home_by_operator}
+        place, seen = lasting
+        return {"place": place, "seen": seen, "home": self.parts.mission.home, "by_operator": self._home_by_operator}
 
     def reach_refusal(self, first: int, *, under_way: bool = False) -> str:
         """Return why the plan lies too far away to be sailed from item ``first`` on, or an empty string."""

@@ -9,14 +9,17 @@ from __future__ import annotations
 
 from typing import Final
 
-from mavlink_bridge.language.geodesy import inverse
+from mavlink_bridge.language.geodesy import at_most_m, inverse
 from mavlink_bridge.language.points import LatLon
 
 LANDED_M: Final = 50.0
 """So near to where it began, a vessel that is disarmed has come back: a pier, and the error of a receiver without corrections."""
 RESUMED_M: Final = 5_000.0
-"""A computer that starts again farther from home than the longest leg of a plan does not go on with the voyage: it was carried.
+"""A computer that starts again farther than this from home and from where the vessel was last seen does not go on with the voyage: it
+was carried. A dead boat drifts less in an hour.
 So was a vessel that is armed so far from where an operator disarmed her: no current sets her so far in ``OPEN_US``."""
+_SEEN_EVERY_M: Final = 500.0
+"""Where the vessel was last seen is kept this often: a tenth of the above, and one line on the disk in minutes."""
 OPEN_US: Final = 30 * 60 * 1_000_000
 """So long after an operator's disarm elsewhere the next arming is still no departure; then the boat may lie on a trailer.
 So long after another disarm at the place where it began: she may have been set out from there, or lie ashore, switched off."""
@@ -38,10 +41,14 @@ class Voyage:
         """Where an operator disarmed, or what else by the pier; with no position, where the vessel was last known to be."""
         self._seen: LatLon | None = None
         """Where the vessel was last known to be."""
+        self._kept: LatLon | None = None
+        """The same to half a kilometre, which must outlive the process."""
 
     def passes(self, here: LatLon | None) -> None:
         """The vessel is here; None = nobody knows."""
         self._seen = here or self._seen
+        if here is not None and (self._kept is None or at_most_m(*self._kept, *here) > _SEEN_EVERY_M):
+            self._kept = here
 
     def has_begun(self, now_us: int) -> bool:
         """Whether the vessel is on its way, so that arming it is no departure."""
@@ -60,9 +67,9 @@ class Voyage:
         return self.has_begun(now_us) and here is not None and home is not None and inverse(*home, *here)[0] > LANDED_M
 
     @property
-    def lasting(self) -> tuple[LatLon | None] | None:
-        """What must outlive the process: the place of a voyage that no operator has ended; None when there is none."""
-        return (self.place,) if self._begun and self._left_us is None else None
+    def lasting(self) -> tuple[LatLon | None, LatLon | None] | None:
+        """What must outlive the process of a voyage that no operator has ended: where it began, and was last seen. None: there is none."""
+        return (self.place, self._kept) if self._begun and self._left_us is None else None
 
     def armed(self, now_us: int, here: LatLon | None) -> None:
         self.passes(here)
@@ -80,10 +87,16 @@ class Voyage:
         self._begun = self._begun and not (by_operator and is_landed)
         self._left_us, self._left_at = (now_us, self._seen) if self._begun and not self._broken else (None, None)
 
-    def resume(self, place: LatLon | None) -> None:
-        """The process before this one ended under way."""
+    def resume(self, place: LatLon | None, seen: LatLon | None) -> None:
+        """The process before this one ended under way; ``seen``: where the vessel was then."""
+        self._kept = seen
         self.place, self._begun, self._broken, self._left_us = place, True, True, None
         self.has_sailed = True
+
+    def carried_m(self, here: LatLon, home: LatLon) -> float:
+        """How far the vessel is from the voyage that was resumed, where she came no such way by herself; else 0."""
+        away_m = min(inverse(*place, *here)[0] for place in (home, self._kept) if place is not None)
+        return away_m if self._broken and away_m > RESUMED_M else 0.0
 
     def _is_landed(self, here: LatLon | None) -> bool:
         """Whether the vessel has come back. One whose position is lost may be anywhere."""
