@@ -34,6 +34,7 @@ class Warned:
     name: str
     cause: str
     doing: str
+    """What the vessel does meanwhile; "" where the name is all that is known."""
     next: str = ""
     """Name of the action that follows by itself."""
     next_in_s: float | None = None

@@ -112,7 +112,7 @@ class Outlook:
     name: str
     cause: str
     doing: str
-    """"" = an operator has taken over."""
+    """In words: "holding", "stopped (position lost)" where that is done for another condition, "taken over" by an operator."""
     next_action: Action = Action.NONE
     """What follows by itself; NONE = nothing."""
     next_in_s: float | None = None
@@ -124,7 +124,7 @@ class Outlook:
     def sentence(self) -> str:
         """For a person: "ground station lost: holding, RETURN in 48 s; until ground station is back, then order Auto"."""
         over = "" if self.runs or self.next_in_s is not None else " (over)"
-        parts = f"{self.cause}{over}: {self.doing or 'taken over'}"
+        parts = f"{self.cause}{over}: {self.doing}"
         if self.next_in_s is not None:
             clock = f"{self.next_action.name} in {max(self.next_in_s, 0.0):.0f} s"
             parts += f", {clock}" if self.runs else f", clock stands ({clock})"

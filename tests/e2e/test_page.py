@@ -196,7 +196,13 @@ def test_a_screen_reader_is_told_what_changes_and_no_seconds(boat: Boat, phone: 
     assert set(told) <= {"OLD: the boat is not heard", "NO WORD OF THE BOAT", "live"}
     phone.run("spoken.length = 0")
     lost = {"name": "gcs_lost", "cause": "Ground station lost", "doing": "warning", "next": "RETURN", "runs": True}
-    person = {"name": "person", "cause": "Person in the water, 120 m", "doing": "", "next": "", "next_in_s": None}
+    person = {
+        "name": "person",
+        "cause": "Person in the water, 120 m",
+        "doing": "taken over",
+        "next": "",
+        "next_in_s": None,
+    }
     for failsafes in (
         [{**lost, "next_in_s": 48, "until": ""}],
         [{**lost, "next_in_s": 47, "until": ""}],

@@ -277,6 +277,18 @@ def test_what_was_taken_over_is_said_so_and_nothing_is_foretold_of_it():
     assert outlook(run.memory, WELL, run.now_us, run.config) == (), "its delay runs"
 
 
+def test_what_is_done_for_another_condition_is_said_so_and_is_not_taken_over():
+    """Of a boat that was stopped without a position "ground station lost: taken over" was shown, and nobody had taken over."""
+    run = Run()
+    flags = changed(WELL, position_lost=True, gcs_age_s=6.0)
+    steps(run, flags, 1.0)
+    said = [each.sentence() for each in outlook(run.memory, flags, run.now_us, run.config, Action.STOP)]
+    assert said[0].startswith("position lost: stopped; until")
+    assert said[1].startswith(
+        "ground station lost: stopped (position lost), RETURN in 60 s; until ground station is back"
+    )
+
+
 def test_an_order_to_return_is_not_stopped_by_a_lost_station():
     run = Run()
     home = changed(WELL, return_ordered=True)

@@ -56,7 +56,7 @@ def _failsafes(p: Picture, width: int) -> list[PanelLine]:
         return [PanelLine("Failsafe", "none", "green")]
     found = []
     for number, each in enumerate(p.failsafes):
-        colour = "yellow" if each.doing in ("", "warning") else "red"
+        colour = "yellow" if each.doing in ("", "warning", "taken over") else "red"
         lines = textwrap.wrap(each.sentence, width - _LABEL - 1, max_lines=_SENTENCE_LINES, placeholder=" …")
         if number >= 2:  # the first two in full; of the rest that they are there
             lines = lines[:1]

@@ -60,6 +60,9 @@ DOING: Final = {
 SHORT: Final = {**DOING, Action.NONE: "", Action.WARN: "warning", Action.TERMINATE: "terminated"}
 """The same in a panel's row."""
 
+TAKEN_OVER: Final = "taken over"
+"""Said there of a condition from which an operator has."""
+
 SHUT_OFF: Final = "Fence across the way back: {}: order a go-to round it, or change the fence"
 """Said of a return that waits before the fence; with what the vessel does meanwhile."""
 
@@ -91,6 +94,15 @@ def until(row: Condition, resume: str, others: Beside = NOTHING) -> str:
     way = _ENDS[row.clear].format(order_named(resume, others))
     now = names(row.name, *others.rows) if row.takeover is Takeover.ORDER else ""
     return f"until {back}{way}" + (f"; or order {now} now" if now else "")
+
+
+def doing(action: Action, done: Action | None, why: str) -> str:
+    """Say what the vessel does while a condition asks for ``action``: just that, or what is ``done`` for another one, ``why``."""
+    if done is None or action is done:
+        return SHORT[action]
+    if min(action, done) <= Action.WARN:
+        return SHORT[Action.WARN]
+    return f"{SHORT[done]} ({why})" if why else f"{SHORT[done]} instead"
 
 
 def named(row: Condition, resume: str) -> Order | None:

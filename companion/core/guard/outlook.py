@@ -10,7 +10,7 @@ from .failsafe_barring import NOTHING, beside
 from .failsafe_config import FailsafeConfig
 from .failsafe_entry import acting, clock_us
 from .failsafe_flags import Flags
-from .failsafe_words import SHORT, named, until
+from .failsafe_words import TAKEN_OVER, doing, named, until
 
 
 def outlook(
@@ -18,15 +18,15 @@ def outlook(
 ) -> tuple[Outlook, ...]:
     """Return what is to be told of each condition that acts or warns, most urgent first.
 
-    ``done``: what the vessel does; of a condition that asks for something else nothing is said to be done. None = what each asks.
+    ``done``: what the vessel does; of a condition that asks for something else that is said, and for what. None = what each asks.
     """
     found, entries = [], memory.entries
     acted = [
         (rule, entry) for rule in config.rules if (entry := entries.get(rule.row.name)) and entry.fired_us is not None
     ]
+    why = next((rule.row.text for rule, entry in acted if acting(rule, entry, flags) is done), "")
     for rule, entry in acted:
         action = acting(rule, entry, flags)
-        is_done = done is None or action in (Action.WARN, done)
         grows = rule.then_us is not None and not (entry.escalated or entry.taken) and action is rule.action
         left_s = (rule.then_us - clock_us(entry, now_us)) * 1e-6 if grows and rule.then_us is not None else None
         order = named(rule.row, flags.helm.resume)
@@ -35,7 +35,7 @@ def outlook(
             Outlook(
                 name=rule.row.name,
                 cause=rule.row.text,
-                doing=SHORT[action] if is_done and not entry.taken else "",
+                doing=TAKEN_OVER if entry.taken else doing(action, done, why),
                 next_action=rule.then_action if grows else Action.NONE,
                 next_in_s=left_s,
                 runs=entry.gone_us is None,

@@ -74,9 +74,9 @@
     still();
   }
 
-  const head_of = (f) => f.cause + (f.doing ? `: ${f.doing}` : ": taken over");
+  const head_of = (f) => f.cause + (f.doing && `: ${f.doing}`);
   function failsafe(f) {
-    const li = item("", f.doing === "" || f.doing === "warning" ? "mild" : "");
+    const li = item("", ["", "warning", "taken over"].includes(f.doing) ? "mild" : "");
     const head = document.createElement("b");
     head.textContent = head_of(f);
     li.append(head);
