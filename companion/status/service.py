@@ -187,7 +187,7 @@ class StatusService:
         """Ask it of the vessel; the answer says what the vessel has done, with a tag that nobody without the key can make."""
 
         def answer(reply: Reply) -> None:
-            outcome = "obeyed" if reply.result is Result.ACCEPTED else f"refused: {reply.reason}"
+            outcome = reply.reason or "obeyed" if reply.result is Result.ACCEPTED else f"refused: {reply.reason}"
             say(self._challenges.answered(nonce, outcome, t_s=self._t_s, utc_s=self._utc_s))
 
         body = body_of(order)

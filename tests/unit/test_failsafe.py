@@ -17,6 +17,7 @@ from companion.core.guard.failsafe import (
     failsafe_table_markdown,
     holding,
     step,
+    stopped_by,
 )
 from companion.core.guard.failsafe_config import reached
 from companion.core.guard.failsafe_flags import ALARMS, changed, flags_of
@@ -845,6 +846,19 @@ def test_somebody_who_holds_the_boat_from_the_page_is_there_to_order():
     run.step(changed(SILENT, position_lost=True))
     run.step(SILENT)
     assert run.step(SILENT, 600.0) is Action.STOP
+
+
+def test_a_hold_on_the_page_leaves_a_stopped_boat_stopped_and_a_stations_hold_does_not():
+    run = Run()
+    assert run.step(changed(WELL, position_lost=True), 5.0) is Action.STOP
+    run.step(WELL)
+    run.step(WELL, 11.0)
+    run.step(changed(WELL, operator_order=Order.BYSTANDER_HOLD))
+    assert run.step(WELL, 1.0) is Action.STOP
+    assert stopped_by(run.memory, CONFIG) == "position lost"
+    run.step(changed(WELL, operator_order=Order.HOLD))
+    assert run.step(WELL, 1.0) is Action.NONE
+    assert stopped_by(run.memory, CONFIG) == ""
 
 
 def test_a_boat_that_is_let_drift_in_manual_is_not_held_but_brought_home():

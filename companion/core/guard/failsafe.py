@@ -39,6 +39,7 @@ __all__ = [
     "holding",
     "judge",
     "step",
+    "stopped_by",
     "stopped_for_good",
 ]
 
@@ -88,6 +89,9 @@ def step(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeConf
 
 def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeConfig) -> FailsafeResult:
     """The same as ``step`` without its short cut: every row is looked at."""
+    if memory.action >= Action.STOP and flags.ground.operator_order is Order.BYSTANDER_HOLD:
+        # she lies still, and who stands by may be about to take hold of her: keeping station would turn her propellers
+        flags = replace(flags, ground=replace(flags.ground, operator_order=None))
     required_since_us = _required_since(memory, flags, now_us)
     flags = _count_from_requirement(flags, required_since_us, now_us, config)
     moves = _moves(memory, flags, now_us, config)
@@ -328,6 +332,15 @@ def barring(
         return row.text + (f": {TRY_AGAIN}" if row.shows_by_thrust else "") + insist
     back_s = (now_us - entry.gone_us) // 1_000_000
     return f"{BACK[row.name]} for {back_s} of {rule.clear_us / 1e6:g} s{insist}"
+
+
+def stopped_by(memory: FailsafeMemory, config: FailsafeConfig) -> str:
+    """What has stopped the vessel, so that a bystander's Hold leaves her so; "" = nothing has."""
+    if memory.action < Action.STOP:
+        return ""
+    asked = [(rule, memory.entries.get(rule.row.name)) for rule in config.rules]
+    acted = [(wanted(rule, entry), rule) for rule, entry in asked if entry is not None and entry.fired_us is not None]
+    return max(acted, key=lambda each: each[0])[1].row.text
 
 
 def stopped_for_good(memory: FailsafeMemory, config: FailsafeConfig) -> str:

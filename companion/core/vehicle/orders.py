@@ -7,6 +7,7 @@ sets the vessel moving lifts a latched stop, but never a locked guard or a termi
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from dataclasses import replace
 from typing import Any, Final, assert_never, get_args
 
 from mavlink_bridge.language.messages import GuardState, Mode, PlanState, Severity
@@ -45,7 +46,7 @@ from mavlink_bridge.language.stations import Station
 from mavlink_bridge.language.trials import SeaTrial, TrialOrder
 from mavlink_bridge.language.units import clamp
 
-from ..guard.failsafe import deaf_sticks
+from ..guard.failsafe import deaf_sticks, stopped_by
 from ..guard.failsafe_orders import BY_MODE, Order
 from ..hull.statics import throttle_to_speed, top_speed_mps
 from . import insist
@@ -110,6 +111,9 @@ class Orders:
             if order is not None:
                 aside = order is Order.HOLD and station is not None and station.bystander
                 controls.operator_acted(Order.BYSTANDER_HOLD if aside else order)
+                lies = stopped_by(controls.last.verdict.result.memory, controls.config.failsafe) if aside else ""
+                if lies and controls.armed:
+                    return replace(reply, reason=f"she lies stopped: {lies}; Hold by a station would hold her")
         return reply
 
     def arm(self, body: Arm, station: Station | None, now_us: int) -> Reply:
