@@ -10,6 +10,7 @@ from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.requests import ACCEPTED, Reply, Result
 
 from .core.vehicle.controls import Controls
+from .core.vehicle.voyage import Left
 from .io.keeping import AnyStore, Completion, StoreContent, StoreOp
 from .io.keeping.content import ForgetRecord, SaveRecord
 from .store_watch import StoreWatch
@@ -72,7 +73,8 @@ class VoyageKeeper:
         data = record.data if record is not None and record.version == 1 else None
         if isinstance(data, dict):
             place, home, seen = (_point(data.get(name)) for name in ("place", "home", "seen"))
-            controls.resume_voyage(place, home, seen, by_operator=data.get("by_operator") is True)
+            left, by_operator = _left(data.get("left")), data.get("by_operator") is True
+            controls.resume_voyage(place, home, seen, left, by_operator=by_operator)
             self._saved = controls.lasting_voyage
 
     def tick(self, now_us: int) -> None:
@@ -93,3 +95,9 @@ def _point(value: object) -> LatLon | None:
     if isinstance(value, list | tuple) and len(value) == 2 and all(isinstance(part, float) for part in value):
         return LatLon((value[0], value[1]))
     return None
+
+
+def _left(value: object) -> Left | None:
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        return None
+    return _point(value[0]), value[1] if isinstance(value[1], int) else None

@@ -160,7 +160,9 @@ def refusals() -> str:
         "anywhere else). The first arming after a voyage makes home of the place where the boat is then: after a landing, half an hour",
         "after a disarm elsewhere, and farther than 5 km from that disarm (another water, by car) before the half hour too: that is",
         "a departure again. A computer that starts again farther than 5 km both from home and from where the boat was last seen ends the",
-        "voyage, too: `the voyage before was left 30 km away: it is over, and home is here`.",
+        "voyage, too: `the voyage before was left 30 km away: it is over, and home is here`. One that starts again in that half",
+        "hour reckons it by the receiver's clock, without one from its start; of a voyage that is over by then, a home that was set",
+        "goes too.",
         "",
         table_markdown(),
     ]

@@ -220,6 +220,63 @@ def test_home_stays_where_the_voyage_began_when_an_operator_arms_again_at_sea(vo
     assert Operator(trip, pier).away_m() < 5.0
 
 
+def test_home_stays_when_an_operator_disarms_at_sea_and_the_computer_starts_again(voyage):
+    """Home was moved to the open sea without a word: "Return to home, 0 m". A restart that a parameter needs, needs the Disarm first."""
+    store = MemoryStore()
+    trip = voyage("depth.enabled=false", store=store)
+    frame, home = trip.world.surroundings.plant.frame, trip.at(-20.0, 5.0)
+    assert trip.ask(Arm(arm=True)).reason == ""
+    assert trip.ask(SetHomePosition(*(math.radians(part / 1e7) for part in home))).reason == ""
+    assert trip.ask(Reposition(*frame.to_geodetic(80.0, 0.0), speed_mps=2.5)).reason == ""
+    trip.until(lambda: trip.distance_m > LANDED_M, 60.0)
+    assert trip.ask(Arm(arm=False)).reason == ""
+    trip.run(1.0)
+    lat, lon = frame.to_geodetic(trip.truth.north_m, trip.truth.east_m)
+    place = [f"world.latitude_deg={math.degrees(lat):.8f}", f"world.longitude_deg={math.degrees(lon):.8f}"]
+    kept = store.snapshot().records["voyage"].data
+    at, left_us = kept["left"]
+    assert left_us == pytest.approx(trip.snapshot.utc_us, abs=2e6)
+    for later_s, stays in ((300, True), (86_400, False)):
+        left = {**kept, "left": (at, left_us - later_s * 1_000_000)}  # simulated time begins anew
+        again = voyage(
+            "depth.enabled=false", *place, store=MemoryStore(StoreContent(records={"voyage": Record(1, left)}))
+        )
+        assert any("the voyage goes on" in text for text in again.texts)
+        assert any("the voyage before is over" in text for text in again.texts) is not stays
+        assert again.ask(Arm(arm=True)).reason == ""
+        is_at = [round(math.degrees(part) * 1e7) for part in again.world.app.vehicle.parts.mission.home]
+        assert is_at == pytest.approx(home if stays else again.at(0.0, 0.0), abs=30)
+
+
+@pytest.mark.parametrize(
+    ("up_s", "utc_s", "north_m", "stays"),
+    [
+        (10.0, 1_060.0, 200.0, True),
+        (10.0, 2_810.0, 200.0, False),
+        (10.0, 1_060.0, 9_000.0, False),
+        (10.0, None, 200.0, True),
+        (1_810.0, None, 200.0, False),
+        (10.0, 500.0, 200.0, True),
+    ],
+    ids=["soon", "later", "another water by car", "no clock", "no clock for long", "a clock of before"],
+)
+def test_a_voyage_that_was_left_lasts_as_long_when_the_computer_starts_again(up_s, utc_s, north_m, stays):
+    """The receiver's clock tells how long ago she was left; without it the half hour begins with the process."""
+    pier, before, going = LatLon((0.7, -0.1)), Voyage(), Voyage()
+    away = at_north(pier, 200.0)
+    before.armed(0, pier)
+    before.disarmed(50_000_000, away, by_operator=True)
+    before.hears_time(60_000_000, 1_010_000_000)
+    assert before.left == (away, 1_000_000_000)
+    going.resume(pier, None, before.left)
+    start_us, end_us = 7_000_000_000, 7_000_000_000 + round(up_s * 1e6)
+    going.hears_time(start_us, None)
+    going.passes(at_north(pier, north_m))
+    going.hears_time(end_us, None if utc_s is None else round(utc_s * 1e6))
+    assert going.has_begun(end_us) is stays
+    assert going.keeps_home(end_us, at_north(pier, north_m), pier) is stays
+
+
 def test_who_means_the_place_at_sea_sets_home_there(voyage):
     trip = voyage("depth.enabled=false")
     trip.sail(2.5, (120.0, 0.0), after_s=40.0)

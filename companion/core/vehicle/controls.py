@@ -22,7 +22,7 @@ from mavlink_bridge.language.messages import (
     Source,
 )
 from mavlink_bridge.language.points import LatLon
-from mavlink_bridge.language.requests import FORGET_MAX_M, DistanceInput, ForgetDepth
+from mavlink_bridge.language.requests import DistanceInput
 from mavlink_bridge.language.stations import Station
 
 from ..guard.depth.plan_legs import plan_legs
@@ -38,7 +38,7 @@ from .operators import StickOwner
 from .parts import Parts
 from .ticked import before_the_first
 from .voice import Voice
-from .voyage import Voyage
+from .voyage import Left, Voyage
 
 _STATION: Final = Source("station", "DISTANCE_SENSOR")
 _TOLD_UNKNOWN: Final = 0.01
@@ -171,15 +171,35 @@ class Controls:
         self.armed, self.decided = True, replace(self.decided, armed=True)
 
     def resume_voyage(
-        self, place: LatLon | None, home: LatLon | None, seen: LatLon | None, *, by_operator: bool
+        self,
+        place: LatLon | None,
+        home: LatLon | None,
+        seen: LatLon | None,
+        left: Left | None = None,
+        *,
+        by_operator: bool,
     ) -> None:
-        """The process before this one ended under way: home stays where it was, and arming is no departure."""
-        self.voyage.resume(place, seen)
+        """The process before this one ended on a voyage: home stays where it was, and arming is no departure."""
+        self.voyage.resume(place, seen, left)
         if home is None:
             return
         self.parts.mission.home, self._home_by_operator = home, by_operator
-        text = f"the voyage goes on: home is at {degrees(home)}; arm, then Return leads there"
-        self.voice.say(Severity.NOTICE, text)
+        lasts = "the voyage goes on" if left is None else "the voyage goes on till half an hour after the disarm"
+        self.voice.say(Severity.NOTICE, f"{lasts}: home is at {degrees(home)}; arm, then Return leads there")
+
+    def look_for_home(self, now_us: int, utc_us: int | None) -> None:
+        """A voyage that an operator left in an earlier process may be over by now: the next day, or on a trailer."""
+        dated = None if self.here is None else utc_us  # without a fix a receiver's date may be any
+        self.voyage.hears_time(now_us, dated)
+        if self.voyage.is_from_before and not self.voyage.has_begun(now_us):
+            self._begin_anew()
+            self.voice.say(Severity.NOTICE, "the voyage before is over: home is where the boat is armed")
+        if self.parts.mission.home is None:
+            self.set_home_here()
+
+    def _begin_anew(self) -> None:
+        """The voyage of an earlier process is over: nothing of it stays."""
+        self.voyage, self.parts.mission.home, self._home_by_operator = Voyage(), self.here, False
 
     def look_where_started(self) -> None:
         """The place is known for the first time: a voyage that went on far from here was ended on a trailer."""
@@ -188,7 +208,7 @@ class Controls:
         if here is None or home is None:
             return
         if away_m := self.voyage.carried_m(here, home):
-            self.voyage, self.parts.mission.home, self._home_by_operator = Voyage(), here, False
+            self._begin_anew()
             text = f"the voyage before was left {away_m / 1000.0:.0f} km away: it is over, and home is here"
             self.voice.say(Severity.WARNING, text)
 
@@ -196,10 +216,11 @@ class Controls:
     def lasting_voyage(self) -> dict[str, object] | None:
         """What of a voyage must outlive the process, for ``resume_voyage``; None when there is none."""
         lasting = self.voyage.lasting
-        if lasting is None:
+        if lasting is None or not self.voyage.has_begun(self.voice.now_us):
             return None
         place, seen = lasting
-        return {"place": place, "seen": seen, "home": self.parts.mission.home, "by_operator": self._home_by_operator}
+        kept = {"place": place, "seen": seen, "home": self.parts.mission.home, "by_operator": self._home_by_operator}
+        return {**kept, "left": self.voyage.left}
 
     def reach_refusal(self, first: int, *, under_way: bool = False) -> str:
         """Return why the plan lies too far away to be sailed from item ``first`` on, or an empty string."""
@@ -295,27 +316,6 @@ class Controls:
     def unlock_guard(self) -> None:
         self.parts.guard.unlock_once()
         self.voice.say(Severity.WARNING, "depth guard unlocked once by the operator")
-
-    def forget_depth(self, body: ForgetDepth) -> str:
-        """Forget own soundings around a place and tell which; return a refusal or an empty string."""
-        lat_rad, lon_rad = body.lat_rad, body.lon_rad
-        if lat_rad is None or lon_rad is None:
-            lat_rad, lon_rad = self.state.lat_rad, self.state.lon_rad
-        if lat_rad is None or lon_rad is None:
-            return "no position"
-        if not 0.0 < body.radius_m <= FORGET_MAX_M:
-            return f"depths are forgotten within {FORGET_MAX_M:g} m at most"
-        if self.parts.guard.memory is None:
-            return "there is no depth memory (depth.memory.enabled)"
-        cells, least_m = self.parts.guard.forget(lat_rad, lon_rad, body.radius_m)
-        where = f"within {body.radius_m:g} m"
-        if least_m is None:
-            self.voice.say(Severity.NOTICE, f"No depths remembered {where}")
-        else:
-            self.voice.say(
-                Severity.WARNING, f"Forgot {cells} sounded cells {where}, shallowest {least_m:.2f} m; charts stay"
-            )
-        return ""
 
     def set_home_here(self) -> None:
         """Home is where the vessel was last armed, and before that where it first knew its place, unless an operator set it."""

@@ -111,7 +111,7 @@ class Mission:
         return self.havens.home
 
     @home.setter
-    def home(self, place: LatLon) -> None:
+    def home(self, place: LatLon | None) -> None:
         self.havens.home = place
 
     def load(self, plan: PlanSpecification, *, is_armed: bool = True) -> bool:

@@ -13,6 +13,7 @@ from typing import Any, Final, assert_never, get_args
 from mavlink_bridge.language.messages import GuardState, Mode, PlanState, Severity
 from mavlink_bridge.language.requests import (
     ACCEPTED,
+    FORGET_MAX_M,
     Arm,
     DistanceInput,
     EnableFence,
@@ -76,6 +77,28 @@ def _speed_refusal(controls: Controls, speed_mps: float | None) -> str:
 def _ordered_refusal(controls: Controls, body: Reposition | Orbit) -> str:
     refusal = target_refusal(controls, body.lat_rad, body.lon_rad) or far_refusal(controls, body.lat_rad, body.lon_rad)
     return refusal or _speed_refusal(controls, body.speed_mps or None)
+
+
+def _forget_depth(controls: Controls, body: ForgetDepth) -> str:
+    """Forget own soundings around a place and tell which; return a refusal or an empty string."""
+    lat_rad, lon_rad = body.lat_rad, body.lon_rad
+    if lat_rad is None or lon_rad is None:
+        lat_rad, lon_rad = controls.state.lat_rad, controls.state.lon_rad
+    if lat_rad is None or lon_rad is None:
+        return "no position"
+    if not 0.0 < body.radius_m <= FORGET_MAX_M:
+        return f"depths are forgotten within {FORGET_MAX_M:g} m at most"
+    if controls.parts.guard.memory is None:
+        return "there is no depth memory (depth.memory.enabled)"
+    cells, least_m = controls.parts.guard.forget(lat_rad, lon_rad, body.radius_m)
+    where = f"within {body.radius_m:g} m"
+    if least_m is None:
+        controls.voice.say(Severity.NOTICE, f"No depths remembered {where}")
+    else:
+        controls.voice.say(
+            Severity.WARNING, f"Forgot {cells} sounded cells {where}, shallowest {least_m:.2f} m; charts stay"
+        )
+    return ""
 
 
 class Orders:
@@ -297,7 +320,7 @@ class Orders:
         return ACCEPTED
 
     def forget_depth(self, body: ForgetDepth, station: Station | None, now_us: int) -> Reply:
-        return _reply(self._controls.forget_depth(body))
+        return _reply(_forget_depth(self._controls, body))
 
 
 def order_of(body: RequestBody) -> Order | None:

@@ -125,8 +125,7 @@ class Vehicle:
         if controls.started_at is None:
             controls.look_where_started()
         controls.voyage.passes(controls.here)
-        if parts.mission.home is None:
-            controls.set_home_here()
+        controls.look_for_home(now_us, utc_us)
         self._diagnose(sensed, before)
         self._watch_thrusters(sensed, before)
         controls.watch_compass(now_us)

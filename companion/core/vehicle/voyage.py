@@ -2,7 +2,8 @@
 
 It begins with arming, and ends when an operator disarms at the place where it began, or half an hour after he did so elsewhere or
 with the position lost. What else disarms (a failsafe, a board or a computer that starts again) does not end it; at the place where
-it began it does, half an hour later. While it lasts arming again does not move home to the open sea.
+it began it does, half an hour later. While it lasts arming again does not move home to the open sea. A computer that starts again
+after an operator's disarm knows from the receiver's clock how long ago that was.
 """
 
 from __future__ import annotations
@@ -23,6 +24,10 @@ _SEEN_EVERY_M: Final = 500.0
 OPEN_US: Final = 30 * 60 * 1_000_000
 """So long after an operator's disarm elsewhere the next arming is still no departure; then the boat may lie on a trailer.
 So long after another disarm at the place where it began: she may have been set out from there, or lie ashore, switched off."""
+_NOT_YET: Final = 1 << 62
+"""Later than any clock: what an earlier process's operator left is taken for left when this one began, until a receiver tells the time."""
+Left = tuple[LatLon | None, int | None]
+"""Where an operator left a voyage, and when by the receiver's clock, µs UTC; None = not known."""
 
 
 class Voyage:
@@ -39,6 +44,11 @@ class Voyage:
         self._left_us: int | None = None
         self._left_at: LatLon | None = None
         """Where an operator disarmed, or what else by the pier; with no position, where the vessel was last known to be."""
+        self._left_utc_us: int | None = None
+        self._is_dated = False
+        """The receiver's clock has told when that was."""
+        self.is_from_before = False
+        """It was left in an earlier process, and nobody has armed since."""
         self._seen: LatLon | None = None
         """Where the vessel was last known to be."""
         self._kept: LatLon | None = None
@@ -49,6 +59,17 @@ class Voyage:
         self._seen = here or self._seen
         if here is not None and (self._kept is None or at_most_m(*self._kept, *here) > _SEEN_EVERY_M):
             self._kept = here
+
+    def hears_time(self, now_us: int, utc_us: int | None) -> None:
+        """The receiver's clock tells when an operator left the voyage, in this process and in the next."""
+        if self._left_us is None:
+            return
+        self._left_us = min(self._left_us, now_us)
+        if utc_us is None or self._is_dated:
+            return
+        if self._left_utc_us is None:
+            self._left_utc_us = utc_us - (now_us - self._left_us)
+        self._left_us, self._is_dated = now_us - max(utc_us - self._left_utc_us, 0), True
 
     def has_begun(self, now_us: int) -> bool:
         """Whether the vessel is on its way, so that arming it is no departure."""
@@ -68,14 +89,20 @@ class Voyage:
 
     @property
     def lasting(self) -> tuple[LatLon | None, LatLon | None] | None:
-        """What must outlive the process of a voyage that no operator has ended: where it began, and was last seen. None: there is none."""
-        return (self.place, self._kept) if self._begun and self._left_us is None else None
+        """What must outlive the process of a voyage that is not over: where it began, and was last seen. None: there is none."""
+        return (self.place, self._kept) if self._begun else None
+
+    @property
+    def left(self) -> Left | None:
+        """Where and when an operator left it; None = he did not."""
+        return None if self._left_us is None else (self._left_at, self._left_utc_us)
 
     def armed(self, now_us: int, here: LatLon | None) -> None:
         self.passes(here)
         if not self.has_begun(now_us):
             self.place = here
-        self._begun, self._broken, self._left_us, self._left_at = True, False, None, None
+        self._begun, self._broken, self.is_from_before = True, False, False
+        self._leave(None, None)
         self.has_sailed = True
 
     def disarmed(self, now_us: int, here: LatLon | None, *, by_operator: bool) -> None:
@@ -85,18 +112,25 @@ class Voyage:
             return
         self._broken = self._begun and not by_operator and not is_landed
         self._begun = self._begun and not (by_operator and is_landed)
-        self._left_us, self._left_at = (now_us, self._seen) if self._begun and not self._broken else (None, None)
+        is_left = self._begun and not self._broken
+        self._leave(now_us if is_left else None, self._seen if is_left else None)
 
-    def resume(self, place: LatLon | None, seen: LatLon | None) -> None:
-        """The process before this one ended under way; ``seen``: where the vessel was then."""
+    def resume(self, place: LatLon | None, seen: LatLon | None, left: Left | None = None) -> None:
+        """The process before this one ended under way, or (``left``) after an operator had left the voyage; ``seen``: where she was."""
         self._kept = seen
-        self.place, self._begun, self._broken, self._left_us = place, True, True, None
+        self.place, self._begun, self._broken, self.is_from_before = place, True, left is None, left is not None
         self.has_sailed = True
+        if left is not None:
+            self._leave(_NOT_YET, left[0], left[1])
+
+    def _leave(self, left_us: int | None, at: LatLon | None, utc_us: int | None = None) -> None:
+        self._left_us, self._left_at, self._left_utc_us, self._is_dated = left_us, at, utc_us, False
 
     def carried_m(self, here: LatLon, home: LatLon) -> float:
         """How far the vessel is from the voyage that was resumed, where she came no such way by herself; else 0."""
         away_m = min(inverse(*place, *here)[0] for place in (home, self._kept) if place is not None)
-        return away_m if self._broken and away_m > RESUMED_M else 0.0
+        is_resumed = self._broken or self.is_from_before
+        return away_m if is_resumed and away_m > RESUMED_M else 0.0
 
     def _is_landed(self, here: LatLon | None) -> bool:
         """Whether the vessel has come back. One whose position is lost may be anywhere."""
@@ -106,4 +140,4 @@ class Voyage:
     def _was_carried(self) -> bool:
         """Whether the vessel is farther from where an operator disarmed it than it comes by itself."""
         left, seen = self._left_at, self._seen
-        return left is not None and seen is not None and inverse(*left, *seen)[0] > RESUMED_M
+        return left is not None and seen is not None and at_most_m(*left, *seen) > RESUMED_M
