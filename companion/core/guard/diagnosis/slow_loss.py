@@ -42,7 +42,9 @@ _AHEAD: Final = 5.0
 """And against a loss of the other side or of both. Sound hulls came to 8 while the evidence was above 12."""
 
 _WIND: Final = (3, 4)
+"""Where the wind's two parts stand among what is summed,"""
 _DRAG: Final = 5
+"""and the drag: as ``step`` puts them."""
 _SOUND: Final = (0.0, 0.0)
 _ALIKE: Final = tuple((lost, lost) for lost in _BOTH)
 _CANDIDATES: Final = (
