@@ -12,6 +12,7 @@ from typing import Any, TextIO
 
 import config as shipped
 from companion.build import in_run_dir
+from companion.commands.log_lines import never_waiting
 from companion.commands.numbers import positive, whole
 from companion.commands.progress import ProgressLine
 from companion.commands.run import describe
@@ -114,6 +115,7 @@ def command(arguments: argparse.Namespace) -> int:
     if gateway is not None:
         driven = WithGateway(driven, gateway, lambda: world.now_us)
     if speed is not None:
+        never_waiting()
         airtime = airtime_of(world.app.grounds)
         service = serve(world.app, run_dir, say=world.tell, airtime_fn=airtime, speed=speed)
         lookout = Lookout([port.link for port in world.app.grounds], world.tell)
@@ -279,6 +281,7 @@ def _serve_world(
         print(f"  {place}", flush=True)
     for door in gateway_doors(gateway.settings) if gateway else ():
         print(f"  socket   {door.line}", flush=True)
+    never_waiting()
     clock = SystemClock(float(arguments.speed))
     with (run_dir / "board.csv").open("w", encoding="utf-8") as pins:
         world: LoopApp = WorldOnly(surroundings, pins)

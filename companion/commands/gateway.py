@@ -14,6 +14,7 @@ from ..io.clock import SystemClock
 from ..io.keeping import AnyStore, MemoryStore, Store
 from ..io.loop import StopFlag, run
 from ..judge import gateway_warnings
+from .log_lines import never_waiting
 from .numbers import positive
 from .stations import places
 from .status import Journal
@@ -38,6 +39,7 @@ def command(arguments: argparse.Namespace) -> int:
 
 
 def _serve(arguments: argparse.Namespace, settings: GatewaySettings) -> int:
+    never_waiting()
     store: AnyStore = Store(Path(settings.store)) if settings.store else MemoryStore()
     for warning in store.warnings:
         log.warning("%s", warning)

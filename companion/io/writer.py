@@ -1,4 +1,4 @@
-"""The one helper thread: it runs what may wait for a disk, one thing after the other, so that no tick ever does.
+"""A helper thread: it runs what may wait for a disk (or a terminal: ``outlet``), one thing after the other, so that no tick ever does.
 
 Jobs are called in order; what they return goes nowhere and what they raise ends only themselves. The queue is
 bounded: a disk that hangs makes ``post`` say no instead of filling the memory.

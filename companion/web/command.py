@@ -17,6 +17,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
+from ..commands.log_lines import never_waiting
 from ..doors import page_door
 from ..settings import Settings, load
 from ..status.client import places
@@ -52,6 +53,7 @@ def command(arguments: argparse.Namespace) -> int:
     """Serve until SIGINT or SIGTERM."""
     settings = load(arguments.config, arguments.set, Settings)
     found = places(arguments.vessel or arguments.config)
+    never_waiting()
     try:
         asyncio.run(serve(settings, found))
     except OSError as error:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import io
 import logging
 import os
+import threading
 
 import pytest
 from hypothesis import given, settings, strategies as st
 
 from companion.commands.log_lines import NeverWaiting
-from companion.commands.status import Journal, panel
+from companion.commands.status import Journal, StatusView, panel
 from companion.commands.status.view import Screen
 from companion.status.picture import LinkSeen, Picture, ToldText, Warned, picture_of
 from mavlink_bridge.language.messages import Action, LogText, Mode, Severity
@@ -136,4 +137,24 @@ def test_a_reader_that_has_stopped_does_not_stop_the_writer() -> None:
         assert held is not None
         assert len(held) < 100_000
         handler.emit(record)
-        assert b"lines were left out: nobody read" in reader.read(1 << 20)
+        found = b""
+        while b"lines were left out: nobody read" not in found:
+            found += reader.read(1 << 20)
+
+
+def test_a_terminal_that_stands_does_not_stop_the_loop() -> None:
+    """Ctrl-S, or a stalled ssh line, under way: the loop had waited in a write, and 30 s later the boat was disarmed for it."""
+    reader, terminal = os.openpty()
+    with os.fdopen(terminal, "w", encoding="utf-8") as out, os.fdopen(reader, "rb", buffering=0) as screen:
+        view = StatusView(out, plain=False)
+
+        def sail() -> None:
+            for tick in range(300):
+                view.update(snapshot(tick * 250_000))
+
+        loop = threading.Thread(target=sail, daemon=True)
+        loop.start()
+        loop.join(10.0)
+        assert not loop.is_alive()
+        assert screen.read(1 << 20).startswith(b"\x1b[2K")
+        view.close()

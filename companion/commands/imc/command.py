@@ -15,6 +15,7 @@ from ...imc.settings import ImcSettings, as_otter, mistakes
 from ...io.clock import SystemClock
 from ...io.imc_sockets import ImcSockets
 from ...settings.reading import read_model
+from ..log_lines import never_waiting
 from ..numbers import positive, whole
 
 if TYPE_CHECKING:
@@ -72,6 +73,7 @@ def command(arguments: argparse.Namespace) -> int:
     if arguments.folder is not None:
         arguments.fail(f"one configuration file; a folder follows only the word {FILES}")
     settings = _settings(arguments, arguments.config)
+    never_waiting()
     clock = SystemClock()
     sockets = ImcSockets(settings.listen, settings.udp_port, settings.tcp_port)
     node = _announced(settings, sockets, clock)

@@ -13,6 +13,7 @@ from mavlink_bridge.language.snapshot import Snapshot
 from mavlink_bridge.radio.air import Ledger
 
 from ...io.loop import LoopApp, Waited
+from ...io.outlet import Outlet
 from ...ports import GroundPort
 from ...status.picture import Picture, picture_of
 from ...status.service import TEXTS_KEPT
@@ -21,6 +22,8 @@ from .panel import PanelLine, coloured, line, panel
 
 SCREEN_PERIOD_US: Final = 250_000
 LINE_PERIOD_US: Final = 5_000_000
+_PANELS_KEPT: Final = 2
+"""Older ones are of no use to a reader who comes back."""
 
 
 class SnapshotView(Protocol):
@@ -50,8 +53,10 @@ class Views:
 class Screen:
     """Draws a panel over the one before, on a terminal."""
 
-    def __init__(self, out: TextIO) -> None:
+    def __init__(self, out: TextIO, write: Callable[[str], bool] | None = None) -> None:
+        """``write``: takes a picture for ``out`` and says whether it went there; else it is written at once."""
         self._out = out
+        self._write = write or self._write_now
         self._height = 0
 
     def size(self) -> tuple[int, int]:
@@ -67,9 +72,13 @@ class Screen:
         width, height = self.size()
         lines = [*more, *panel(picture, width, height - 1 - len(more))]
         up = f"\x1b[{self._height}F" if self._height else ""
-        self._out.write(up + "".join(f"\x1b[2K{text}\n" for text in coloured(lines)) + "\x1b[J")
+        if self._write(up + "".join(f"\x1b[2K{text}\n" for text in coloured(lines)) + "\x1b[J"):
+            self._height = len(lines)
+
+    def _write_now(self, text: str) -> bool:
+        self._out.write(text)
         self._out.flush()
-        self._height = len(lines)
+        return True
 
 
 class StatusView:
@@ -94,7 +103,8 @@ class StatusView:
         self._texts: deque[LogText] = deque(maxlen=TEXTS_KEPT)
         self._airtime = airtime or (lambda now_us: "")
         self._notes = LinkNotes()
-        self._screen = Screen(self._out)
+        self._outlet = Outlet(self._out) if self.plain else Outlet(self._out, _PANELS_KEPT)
+        self._screen = Screen(self._out, self._outlet.write)
 
     def update(self, snapshot: Snapshot) -> None:
         """Take one tick's picture; cheap unless something is due to be shown."""
@@ -110,23 +120,14 @@ class StatusView:
         if self.plain:
             self._print(line(picture))
         else:
-            self._show(picture)
+            self._screen.draw(picture)
 
     def close(self) -> None:
-        """Nothing to give back: the last panel stays."""
+        """The last panel stays."""
+        self._outlet.close()
 
     def _print(self, text: str) -> None:
-        try:
-            self._out.write(text + "\n")
-            self._out.flush()
-        except (OSError, ValueError):
-            self._period_us = 1 << 62  # nobody reads any more
-
-    def _show(self, picture: Picture) -> None:
-        try:
-            self._screen.draw(picture)
-        except (OSError, ValueError):
-            self._period_us = 1 << 62
+        self._outlet.write(text + "\n")
 
 
 def _time(t_us: int) -> str:
