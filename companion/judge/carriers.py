@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import ipaddress
 import socket
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Final
 
@@ -129,15 +129,20 @@ def _not_ours(settings: Settings) -> Iterator[str]:
     """Doors that this computer cannot open now: an address that another has, a port that is kept for root."""
     doors = [(f"endpoints.{number}.url", item.url) for number, item in enumerate(settings.endpoints)]
     doors += [(f"sensors.{number}.url", item.url) for number, item in enumerate(settings.sensors)]
-    for key, url in (*doors, ("plotter", settings.plotter)):
-        parsed = _parsed(url)
-        if parsed is not None and kind_of(parsed).reach is Reach.ANYBODY:
-            yield from _closed(f"{key} = {url!r}", *parsed.host_port(), "nobody is heard there until it has")
+    yield from closed_doors([*doors, ("plotter", settings.plotter)])
     if "page" in settings.model_fields_set:
         yield from _closed(
             f"page.bind = {settings.page.bind!r}", settings.page.bind, 0, "the page does not start until it has"
         )
         yield from _closed(f"page.port = {settings.page.port}", "", settings.page.port, "")
+
+
+def closed_doors(doors: Iterable[tuple[str, str]]) -> Iterator[str]:
+    """Those of links, each given as (key, address)."""
+    for key, url in doors:
+        parsed = _parsed(url)
+        if parsed is not None and kind_of(parsed).reach is Reach.ANYBODY:
+            yield from _closed(f"{key} = {url!r}", *parsed.host_port(), "nobody is heard there until it has")
 
 
 def _closed(shown: str, host: str, port: int, then: str) -> Iterator[str]:

@@ -17,7 +17,7 @@ from ..io.links import LinkConfigError, parse_link_url
 from ..io.links.url import LinkUrl
 from ..settings import Settings, load_vessel
 from ..settings.told import named
-from .carriers import carrier_warnings
+from .carriers import carrier_warnings, closed_doors
 from .hulls import hull_warnings
 from .idle import idle_notes
 from .places import store_mistakes
@@ -86,6 +86,7 @@ def gateway_warnings(settings: GatewaySettings) -> list[str]:
     """The same of a gateway's."""
     found = [text for key, url in _gateway_links(settings) for text in _rate(key, url, None)]
     found += [f"endpoint {name} takes orders from anybody {_MEANT}" for name in security.open_doors(settings)]
+    found += closed_doors(_gateway_links(settings))
     return found + list(_place("store", settings.store, is_folder=False))
 
 

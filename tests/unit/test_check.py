@@ -78,6 +78,14 @@ def test_a_gateways_store_is_no_file_that_serves_something_else(gateway_file, ca
     assert {each.name: each.read_bytes() for each in gateway_file.parent.iterdir()} == before
 
 
+def test_a_gateways_endpoint_at_an_address_that_comes_later_is_told(gateway_file, capsys):
+    gateway_file.write_text(
+        f'{GATEWAY}\n[[endpoints]]\nname = "vpn"\nurl = "tcp-listen://192.0.2.1:5799"\nlink_class = "telemetry"\n'
+    )
+    assert main(["check", str(gateway_file)]) == 0
+    assert "this computer has no such address now; nobody is heard there until it has" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("store", ["~/gateway.db", "$HOME/gateway.db", "/etc/gateway.db", ":memory:"])
 def test_a_gateways_store_lies_where_a_vessels_may(gateway_file, capsys, store):
     assert main(["check", str(gateway_file), "--set", f"store={store}"]) == 2
