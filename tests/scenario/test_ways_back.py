@@ -13,11 +13,11 @@ import re
 
 import pytest
 
-from companion.core.vehicle.voyage import LANDED_M, Voyage
+from companion.core.vehicle.voyage import ADRIFT, LANDED_M, Voyage
 from companion.io.keeping import MemoryStore
 from companion.io.keeping.content import Completion, Record, StoreContent
 from mavlink_bridge.language.geodesy import LocalFrame
-from mavlink_bridge.language.messages import Mode
+from mavlink_bridge.language.messages import Mode, Severity
 from mavlink_bridge.language.points import LatLon
 from mavlink_bridge.language.requests import (
     Arm,
@@ -191,6 +191,33 @@ def test_a_voyage_goes_on_where_the_computer_starts_again_and_return_leads_to_it
     again.ask(Arm(arm=False))
     fresh = voyage("depth.enabled=false", "operator.gcs_required=true", store=MemoryStore())
     assert "no ground station heard" in fresh.ask(Arm(arm=True)).reason
+
+
+def test_a_boat_that_a_restart_left_drifting_is_told_of_until_somebody_arms_or_disarms(voyage):
+    """Killed under way: a NOTICE of where home is was all that a station heard of a boat that was disarmed and adrift."""
+    world = voyage("depth.enabled=false").world
+    frame = world.surroundings.plant.frame
+    for began_m, drifts in ((-80.0, True), (-20.0, False)):
+        pier = frame.to_geodetic(began_m, 0.0)
+        kept = Record(1, {"place": pier, "home": pier, "by_operator": False})
+        again = voyage("depth.enabled=false", store=MemoryStore(StoreContent(records={"voyage": kept})))
+        again.run(3.0)
+        assert again.texts.count(ADRIFT[1]) == drifts
+        assert (ADRIFT in again.snapshot.standing) is drifts
+        assert again.ask(Arm(arm=drifts)).reason == ""
+        assert ADRIFT not in again.snapshot.standing
+    assert ADRIFT[0] is Severity.WARNING
+
+
+@pytest.mark.parametrize("acts", ["arms", "disarms", "nobody"])
+def test_that_a_boat_drifts_since_a_restart_is_told_each_minute(acts):
+    pier, going, told = LatLon((0.7, -0.1)), Voyage(), []
+    going.resume(pier)
+    for second in range(200):
+        if second == 30 and acts != "nobody":
+            going.armed(second, pier) if acts == "arms" else going.disarmed(second, None, by_operator=True)
+        told += [second] if going.tells_adrift(5_000_000 + second * 1_000_000) else []
+    assert told == ([10, 70, 130, 190] if acts == "nobody" else [10])
 
 
 @pytest.mark.parametrize("starts_again", [False, True], ids=["one process", "computer starts again"])

@@ -38,7 +38,7 @@ from .operators import StickOwner
 from .parts import Parts
 from .ticked import before_the_first
 from .voice import Voice
-from .voyage import Left, Voyage
+from .voyage import ADRIFT, Left, Voyage
 
 _STATION: Final = Source("station", "DISTANCE_SENSOR")
 _TOLD_UNKNOWN: Final = 0.01
@@ -194,6 +194,8 @@ class Controls:
         if self.voyage.is_from_before and not self.voyage.has_begun(now_us):
             self._begin_anew()
             self.voice.say(Severity.NOTICE, "the voyage before is over: home is where the boat is armed")
+        if self.voyage.tells_adrift(now_us):
+            self.voice.say(*ADRIFT)
         if self.parts.mission.home is None:
             self.set_home_here()
 

@@ -60,7 +60,7 @@ class View:
             action=verdict.result.action,
             causes=verdict.result.causes,
             outlook=verdict.outlook,
-            standing=(*controls.standing, *inputs.standing) if inputs.standing else controls.standing,
+            standing=(*controls.standing, *controls.voyage.standing, *inputs.standing),
             health=self._see_health(ticked, speaks=speaks),
             fence=ticked.guarded.fence.status,
             supply=sensed.board.supply if speaks else None,

@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import Final
 
 from mavlink_bridge.language.geodesy import at_most_m, inverse
+from mavlink_bridge.language.messages import Severity
 from mavlink_bridge.language.points import LatLon
 
 LANDED_M: Final = 50.0
@@ -26,6 +27,15 @@ OPEN_US: Final = 30 * 60 * 1_000_000
 So long after another disarm at the place where it began: she may have been set out from there, or lie ashore, switched off."""
 _NOT_YET: Final = 1 << 62
 """Later than any clock: what an earlier process's operator left is taken for left when this one began, until a receiver tells the time."""
+ADRIFT: Final = (
+    Severity.WARNING,
+    "Restarted under way: disarmed and drifting; arm to go on, or Disarm to leave it so",
+)
+"""What a computer that starts again at sea leaves behind, until somebody decides."""
+_PLACE_US: Final = 10_000_000
+"""By then a receiver that runs has told the place: a boat by the pier does not drift, and one that may be anywhere is told of."""
+_AGAIN_US: Final = 60_000_000
+"""A trouble that lasts is told once a minute, as the store's is."""
 Left = tuple[LatLon | None, int | None]
 """Where an operator left a voyage, and when by the receiver's clock, µs UTC; None = not known."""
 
@@ -48,7 +58,12 @@ class Voyage:
         self._is_dated = False
         """The receiver's clock has told when that was."""
         self.is_from_before = False
-        """It was left in an earlier process, and nobody has armed since."""
+        """An earlier process began it, and no operator has armed or disarmed since."""
+        self.standing: tuple[tuple[Severity, str], ...] = ()
+        """What a station that comes late should hear too: that a restart has left the vessel to drift."""
+        self._began_us: int | None = None
+        self._tell_us = 0
+        """When this process first looked, and when it says so again."""
         self._seen: LatLon | None = None
         """Where the vessel was last known to be."""
         self._kept: LatLon | None = None
@@ -70,6 +85,17 @@ class Voyage:
         if self._left_utc_us is None:
             self._left_utc_us = utc_us - (now_us - self._left_us)
         self._left_us, self._is_dated = now_us - max(utc_us - self._left_utc_us, 0), True
+
+    def tells_adrift(self, now_us: int) -> bool:
+        """Whether ``ADRIFT`` is to be said now."""
+        self._began_us = now_us if self._began_us is None else self._began_us
+        is_looked_at = self._seen is not None or now_us - self._began_us >= _PLACE_US
+        is_adrift = self.is_from_before and self._broken and is_looked_at and not self._is_landed(self._seen)
+        self.standing = (ADRIFT,) if is_adrift else ()
+        if not is_adrift or now_us < self._tell_us:
+            return False
+        self._tell_us = now_us + _AGAIN_US
+        return True
 
     def has_begun(self, now_us: int) -> bool:
         """Whether the vessel is on its way, so that arming it is no departure."""
@@ -112,14 +138,15 @@ class Voyage:
             return
         self._broken = self._begun and not by_operator and not is_landed
         self._begun = self._begun and not (by_operator and is_landed)
+        self.is_from_before = self.is_from_before and not by_operator
         is_left = self._begun and not self._broken
         self._leave(now_us if is_left else None, self._seen if is_left else None)
 
     def resume(self, place: LatLon | None, seen: LatLon | None, left: Left | None = None) -> None:
         """The process before this one ended under way, or (``left``) after an operator had left the voyage; ``seen``: where she was."""
         self._kept = seen
-        self.place, self._begun, self._broken, self.is_from_before = place, True, left is None, left is not None
-        self.has_sailed = True
+        self.place, self._begun, self._broken = place, True, left is None
+        self.has_sailed = self.is_from_before = True
         if left is not None:
             self._leave(_NOT_YET, left[0], left[1])
 
@@ -129,8 +156,7 @@ class Voyage:
     def carried_m(self, here: LatLon, home: LatLon) -> float:
         """How far the vessel is from the voyage that was resumed, where she came no such way by herself; else 0."""
         away_m = min(inverse(*place, *here)[0] for place in (home, self._kept) if place is not None)
-        is_resumed = self._broken or self.is_from_before
-        return away_m if is_resumed and away_m > RESUMED_M else 0.0
+        return away_m if self.is_from_before and away_m > RESUMED_M else 0.0
 
     def _is_landed(self, here: LatLon | None) -> bool:
         """Whether the vessel has come back. One whose position is lost may be anywhere."""
