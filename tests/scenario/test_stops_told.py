@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
+from mavlink_bridge.language.figures import Circle
 from mavlink_bridge.language.messages import Action, Mode
-from mavlink_bridge.language.requests import Arm
+from mavlink_bridge.language.requests import Arm, Orbit, Reposition
 from tests.scenario.conftest import Voyage
 
 DEEP = ('world.bottom.kind="flat"', "world.bottom.depth_m=20")
@@ -62,6 +65,52 @@ def test_of_two_stops_the_one_that_ends_first_names_no_order():
     assert boat.mode(Mode.AUTO).reason == ""
     boat.run(2.0)
     assert not boat.neutral
+
+
+def test_a_go_to_that_a_stop_broke_off_goes_on_when_guided_is_ordered_as_told():
+    """ "Order Guided to go on" was obeyed, and the boat lay where the stop had left it, for good; a Hold or a Disarm ends the go-to."""
+    boat = Voyage(*DEEP)
+    there = boat.world.surroundings.plant.frame.to_geodetic(60.0, 0.0)
+    assert boat.ask(Arm(arm=True)).reason == ""
+    assert boat.ask(Reposition(*there, speed_mps=2.0)).reason == ""
+    boat.run(8.0)
+    assert boat.mode(Mode.GUIDED).reason == "", "repeated, it changes nothing"
+    boat.run(4.0)
+    boat.faults.no_fix = True
+    boat.run(5.0)
+    boat.faults.no_fix = False
+    boat.until(lambda: "Position is back: stopped: order Guided to go on" in boat.texts, 30.0)
+    stopped_m = boat.truth.north_m
+    assert stopped_m < 40.0
+    assert boat.mode(Mode.GUIDED).reason == ""
+    boat.run(8.0)
+    assert "Going on: Go-to" in "".join(boat.texts)
+    assert boat.truth.north_m > stopped_m + 6.0
+    for leaves in (Arm(arm=False), Arm(arm=True)):
+        assert boat.ask(leaves).reason == ""
+    boat.run(4.0)
+    left_m = boat.truth.north_m
+    assert boat.mode(Mode.GUIDED).reason == ""
+    boat.run(8.0)
+    assert abs(boat.truth.north_m - left_m) < 4.0
+
+
+def test_a_circle_that_a_stop_broke_off_goes_on_about_its_middle():
+    """ "Order Circle to go on" was obeyed with a circle of another size, about the place where the boat had stopped."""
+    boat = Voyage(*DEEP)
+    middle = boat.world.surroundings.plant.frame.to_geodetic(0.0, 12.0)
+    assert boat.ask(Arm(arm=True)).reason == ""
+    assert boat.ask(Orbit(*middle, figure=Circle(radius_m=12.0), speed_mps=1.5)).reason == ""
+    boat.run(8.0)
+    boat.faults.no_fix = True
+    boat.run(5.0)
+    boat.faults.no_fix = False
+    boat.until(lambda: "Position is back: stopped: order Circle to go on" in boat.texts, 30.0)
+    assert boat.mode(Mode.CIRCLE).reason == ""
+    boat.run(12.0)
+    for _ in range(5):
+        boat.run(5.0)
+        assert math.hypot(boat.truth.north_m, boat.truth.east_m - 12.0) == pytest.approx(12.0, abs=2.0)
 
 
 def test_a_hold_stops_the_sticks_though_a_thruster_has_stopped_the_boat():

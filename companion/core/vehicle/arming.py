@@ -1,18 +1,22 @@
-"""Arming: every reason against it, in plain words, all at once (pure); and what an order that was left while disarmed means then."""
+"""Arming: every reason against it, in plain words, all at once (pure); what an order that was left while disarmed means then, and one
+that was broken off."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Final
 
 from mavlink_bridge.language.geodesy import inverse
 from mavlink_bridge.language.messages import EstimatedState, Goto, GuardState, Mode, Severity
+from mavlink_bridge.language.requests import GuidedHeading, Orbit, Reposition, RequestBody, SetMode
 from mavlink_bridge.language.snapshot import FenceStatus
 from mavlink_bridge.language.stations import Station
 
 from ..guard.failsafe_row import Takeover
 from ..guard.failsafe_table import BY_NAME
+from ..guide.leg import Leg
 from .haven import THERE_M
 from .navigator import Navigator, Steer
 from .parts import Parts
@@ -80,7 +84,7 @@ def reasons(
     return tuple([text for holds, text in found if holds] + standing)
 
 
-_LEFT_IN: Final = (Mode.GUIDED, Mode.CIRCLE)
+LEFT_IN: Final = (Mode.GUIDED, Mode.CIRCLE)
 """A plan and a Return have looks and words of their own."""
 
 
@@ -100,7 +104,7 @@ class LeftOrder:
 
     def at_arming(self, parts: Parts, state: EstimatedState, station: Station | None) -> Sequence[tuple[Severity, str]]:
         """Say to whoever arms where the vessel is bound for; it holds instead when the order is not his."""
-        order, giver = _order(parts.navigator, state), self._by
+        order, giver = order_words(parts.navigator, state), self._by
         if not order:
             return ()
         if parts.operators.is_same(giver, station):
@@ -110,9 +114,46 @@ class LeftOrder:
         return ((Severity.WARNING, f"{order}: order {whose} dropped, holding here"),)
 
 
-def _order(navigator: Navigator, state: EstimatedState) -> str:
+class KeptOrder:
+    """The go-to, circle or course that stands, or that a failsafe broke off: the order of its mode then goes on with it."""
+
+    def __init__(self) -> None:
+        self._body: Reposition | Orbit | GuidedHeading | None = None
+
+    def given(self, body: RequestBody, navigator: Navigator, stood: Leg | Steer | None) -> None:
+        """An order was obeyed. ``stood``: what stood before it."""
+        stands = navigator.standing
+        if stands is not None and stands is stood:
+            return
+        self._body = None
+        match body, stands:
+            case GuidedHeading(), Steer(psi_rad=psi_rad, speed_mps=speed_mps):
+                self._body = replace(body, psi_rad=psi_rad, speed_mps=speed_mps, throttle=None)
+            case Reposition(), Leg(maneuver=goal):
+                self._body = replace(body, lat_rad=goal.lat_rad, lon_rad=goal.lon_rad, change_mode=True)
+            case Orbit(), Leg(maneuver=goal):
+                self._body = replace(body, lat_rad=goal.lat_rad, lon_rad=goal.lon_rad)
+            case SetMode(mode=Mode.CIRCLE), Leg(maneuver=goal):
+                self._body = Orbit(goal.lat_rad, goal.lon_rad)
+
+    def take_speed(self, speed_mps: float | None) -> None:
+        """The speed was changed for what is under way."""
+        self._body = None if self._body is None else replace(self._body, speed_mps=speed_mps)
+
+    def drop(self) -> None:
+        """Somebody has left it."""
+        self._body = None
+
+    def meant(self, body: RequestBody, broken_off: Mode | None) -> RequestBody:
+        """What an order means while the mode ``broken_off`` waits: to go on with what was ordered in it."""
+        kept = self._body
+        goes_on = kept is not None and isinstance(body, SetMode) and body.mode is broken_off is kept.nature.aim[0]
+        return kept if kept is not None and goes_on else body
+
+
+def order_words(navigator: Navigator, state: EstimatedState) -> str:
     """The order that stands, in words; "" = it leads nowhere."""
-    standing = navigator.standing if navigator.mode in _LEFT_IN else None
+    standing = navigator.standing if navigator.mode in LEFT_IN else None
     if standing is None:
         return ""
     if isinstance(standing, Steer):

@@ -68,14 +68,28 @@ def _helm(
 
 
 def _resume(controls: Controls, guarded: Guarded, standing: Collection[str]) -> str:
-    """What to order to go on: not the plan's item that led onto a shoal, as it stands."""
-    order, depth = controls.goes_on_with, guarded.depth.flags
-    if order != Mode.AUTO.value:
+    """What to order to go on: not what led onto a shoal, as it stands."""
+    order = controls.goes_on_with
+    if not _is_shallow(guarded, standing):
         return order
-    by_shoal = depth.depth_ahead or depth.depth_shallow or depth.depth_locked or depth.depth_braking
-    if not by_shoal and _OF_A_SHOAL.isdisjoint(standing):
-        return order
-    return f"{order} with item {controls.parts.mission.seq} skipped or the plan changed"
+    if order in (Mode.GUIDED.value, Mode.CIRCLE.value):
+        return f"{order} elsewhere"
+    return (
+        f"{order} with item {controls.parts.mission.seq} skipped or the plan changed"
+        if order == Mode.AUTO.value
+        else order
+    )
+
+
+def by_shoal(controls: Controls) -> bool:
+    """Whether shallow water has stopped the vessel: what led there does not go on as it stands."""
+    return _is_shallow(controls.last.guarded, controls.last.verdict.result.memory.entries)
+
+
+def _is_shallow(guarded: Guarded, standing: Collection[str]) -> bool:
+    depth = guarded.depth.flags
+    is_now = depth.depth_ahead or depth.depth_shallow or depth.depth_locked or depth.depth_braking
+    return is_now or not _OF_A_SHOAL.isdisjoint(standing)
 
 
 def _ground(controls: Controls, sensed: Sensed) -> GroundFlags:

@@ -51,8 +51,9 @@ from ..guard.failsafe import deaf_sticks, stopped_by
 from ..guard.failsafe_orders import BY_MODE, Order
 from ..hull.statics import throttle_to_speed, top_speed_mps
 from . import insist
-from .arming import LeftOrder
+from .arming import LEFT_IN, KeptOrder, LeftOrder, order_words
 from .controls import Controls
+from .flags import by_shoal
 from .refusals import (
     far_refusal,
     hold_refusal,
@@ -105,16 +106,17 @@ class Orders:
     """Carries out requests on one controls."""
 
     def __init__(self, controls: Controls) -> None:
-        self._controls, self._left = controls, LeftOrder()
+        self._controls, self._left, self._kept = controls, LeftOrder(), KeptOrder()
 
     def handle(self, request: Request, now_us: int) -> Reply:
         """Carry out a request; UNSUPPORTED for a kind that the vessel itself does not answer."""
         if isinstance(request.body, TakeCommand):
             return self._controls.parts.operators.asked(request.body, request.station, now_us)
-        method = _METHODS.get(type(request.body))
+        controls, station = self._controls, request.station
+        body = request.body if by_shoal(controls) else self._kept.meant(request.body, controls.interrupted)
+        method = _METHODS.get(type(body))
         if method is None:
-            return Reply(Result.UNSUPPORTED, f"{type(request.body).__name__} is not supported")
-        controls, body, station = self._controls, request.body, request.station
+            return Reply(Result.UNSUPPORTED, f"{type(body).__name__} is not supported")
         by_hand, order = controls.parts.navigator.mode is Mode.MANUAL, order_of(body)
         refusal = controls.parts.operators.objection(body, station, now_us, manual=by_hand)
         if not refusal and body.nature.moves:
@@ -125,8 +127,13 @@ class Orders:
             return Reply(Result.REJECTED_NOW, refusal)
         if order is not None:
             controls.parts.mission.havens.begin_anew()
+        stood = controls.parts.navigator.standing
         reply = method(self, body, station, now_us)
         if reply.result is Result.ACCEPTED:
+            if order is not None or isinstance(body, GuidedHeading | GuidedTarget):
+                self._kept.given(body, controls.parts.navigator, stood)
+            if body is not request.body and (words := order_words(controls.parts.navigator, controls.state)):
+                controls.voice.say(Severity.NOTICE, f"Going on: {words}")
             controls.parts.operators.obeyed(body, station, now_us, manual=by_hand)
             controls.parts.operators.has_set(body, station, armed=controls.armed)
             if body.nature.moves:
@@ -143,6 +150,8 @@ class Orders:
         controls = self._controls
         if not body.arm:
             why = "operator abort" if body.force else "by the operator"
+            if controls.interrupted is None:
+                self._kept.drop()  # what a failsafe broke off goes on after the disarming that it may ask for
             controls.disarm(why, abort=body.force, by_operator=True)
             return ACCEPTED
         reasons = prearm_reasons(controls, now_us, force=body.force)
@@ -170,8 +179,11 @@ class Orders:
             controls.voice.say(Severity.WARNING, f"Manual: sticks move nothing {until}")
 
     def _enter(self, mode: Mode) -> Reply:
-        """Change mode; a plan that would leave the fence is not sailed."""
-        controls = self._controls
+        """Change mode; a plan that would leave the fence is not sailed, and what is done already goes on."""
+        controls, navigator = self._controls, self._controls.parts.navigator
+        is_done = mode is navigator.mode and mode in LEFT_IN and navigator.standing is not None
+        if is_done and controls.armed and navigator.trial is None:
+            return ACCEPTED
         refusal = start_refusal(controls) if mode is Mode.AUTO else ""
         begins = mode is Mode.AUTO and controls.parts.mission.state not in (PlanState.PAUSED, PlanState.ACTIVE)
         refusal = refusal or controls.parts.navigator.enter(mode, controls.state)
@@ -258,6 +270,7 @@ class Orders:
         if refusal:
             return Reply(Result.DENIED, refusal)
         self._controls.parts.navigator.set_speed(speed)
+        self._kept.take_speed(speed)
         return ACCEPTED
 
     def guided_heading(self, body: GuidedHeading, station: Station | None, now_us: int) -> Reply:
