@@ -136,3 +136,13 @@ def test_a_boat_that_was_disarmed_meanwhile_is_told_so(fault, name):
     assert boat.mode(Mode.AUTO).reason == ""
     boat.run(2.0)
     assert not boat.neutral
+
+
+def test_a_disarm_names_what_disarmed_her_and_no_warning_beside_it():
+    """ "disarmed: actuators lost, no water depth" was told: a sounder that is silent disarms nobody."""
+    boat = under_way(after_s=5.0)
+    boat.faults.depth_silent = True
+    boat.until(lambda: "depth_lost" in boat.snapshot.causes, 30.0)
+    boat.board._command = lambda *command: None
+    boat.until(lambda: not boat.snapshot.armed, 5.0)
+    assert [text for text in boat.texts if text.startswith("disarmed: ")] == ["disarmed: actuators lost"]

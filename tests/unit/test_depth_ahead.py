@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from companion.core.guard.depth.ahead import DepthAhead
+from companion.core.guard.depth.ahead import DepthAhead, DepthLook
 from companion.core.guard.depth.config import DepthGuardConfig
 from companion.core.guard.depth.grid import Sounding, build, offset
 from companion.core.guard.depth.guard import DepthGuard
@@ -51,6 +51,16 @@ def test_an_approach_is_told_once_twenty_seconds_before_and_the_stop_once():
 
 def test_a_vessel_at_rest_tells_of_no_approach():
     assert approach(DepthGuard(CONFIG, HULL), 8.0, 0.05, 40.0, speed_mps=0.2) == []
+
+
+def test_an_approach_that_noise_interrupts_is_told_once_and_one_that_is_past_the_limit_not_at_all():
+    """A boat that had been stopped and drifted over a slope was told 44 times in 66 s that the depth limit is 0 s off."""
+    ahead, told = DepthAhead(CONFIG, None, HULL), []
+    for second in range(120):
+        left_s = None if second % 3 == 0 else 18.0 - 0.2 * second
+        look = DepthLook(4.0, closing_mps=0.0 if left_s is None else 0.2, left_s=left_s)
+        told += [text for _, text in ahead.told(False, look, at(0.0), now_us=second * 1_000_000)]
+    assert told == ["Bottom closing: depth limit in 18 s"]
 
 
 def test_a_new_approach_is_told_anew():

@@ -89,6 +89,18 @@ def test_drift_while_stopped():
     assert not watch.step(north=None, stopped=True).drifting_while_stopped
 
 
+def test_a_boat_at_rest_whose_receiver_wanders_is_told_of_one_drift_and_one_that_drifts_at_each_doubling():
+    """Told 20 times in three minutes in a dead calm; and one that drifted 80 m was told of the first five."""
+    watch, told = Watch(), []
+    watch.step(north=0.0, stopped=True)
+    for north in (5.2, 4.6, 5.3, 2.6, 5.1, None, 4.9, 10.1, 9.0, 12.0, 36.0, 54.0, 80.5):
+        before = watch.flags
+        assert watch.step(north=north, stopped=True).drifting_while_stopped
+        told += [text for _, text in watch.flags.told_since(before)]
+    assert told == [f"Drifted {far_m} m since the failsafe's stop" for far_m in (10, 20, 40, 80)]
+    assert not watch.step(north=2.4, stopped=True).drifting_while_stopped
+
+
 def test_a_position_that_leaps_is_no_drift():
     watch = Watch()
     watch.step(north=0.0, stopped=True)

@@ -14,7 +14,7 @@ from typing import Final
 
 from pydantic import Field
 
-from mavlink_bridge.language.messages import ActuatorOutput, Desired, EstimatedState, SupplyVoltage
+from mavlink_bridge.language.messages import ActuatorOutput, Desired, EstimatedState, Severity, SupplyVoltage
 from mavlink_bridge.language.value import value
 
 from ..config import Config, param
@@ -30,6 +30,8 @@ the same as dead thrust, and is as hopeless."""
 _CALMED: Final = 0.5
 """Share of the speed that is worth a warning below which a boat in neutral has come to rest: wind and current that carry her waver by a
 third, and she was told of as moving and as over it eleven times in six minutes."""
+_NO_DRIFT: Final = 0.5
+"""Share of the alarm's distance within which a boat has come back to her place: a receiver without corrections wanders by metres."""
 _FORGOTTEN_US: Final = 600_000_000
 """Two oscillations so far apart have nothing to do with each other."""
 _LONGEST_US: Final = 120_000_000
@@ -89,6 +91,14 @@ class MonitorFlags:
     tick_late: bool = False
     tick_very_late: bool = False
     overruns: bool = False
+    drifted_m: float = 0.0
+    """The distance at which the alarm of a drift was given last: it is given again at each doubling."""
+
+    def told_since(self, before: MonitorFlags) -> list[tuple[Severity, str]]:
+        """What is to be told beside the failsafe table's own texts; ``before``: what the monitors said in the tick before."""
+        if 0.0 < before.drifted_m < self.drifted_m:
+            return [(Severity.ALERT, f"Drifted {self.drifted_m:.0f} m since the failsafe's stop")]
+        return []
 
 
 class Held:
@@ -239,17 +249,24 @@ class Drift:
 
     def __init__(self) -> None:
         self._anchor: tuple[float, float] | None = None
+        self._alarmed_m = 0.0
 
-    def step(self, state: EstimatedState, stopped: bool, alarm_m: float, leapt_m: tuple[float, float]) -> bool:
+    def step(self, state: EstimatedState, stopped: bool, alarm_m: float, leapt_m: tuple[float, float]) -> float:
+        """Return the distance of the last alarm: ``alarm_m``, twice that, four times that...; 0 = none, or she is back."""
         if not stopped:
-            self._anchor = None
-            return False
+            self._anchor, self._alarmed_m = None, 0.0
+            return 0.0
         if state.x_m is None or state.y_m is None:
-            return False
+            return self._alarmed_m
         north_m, east_m = state.x_m - leapt_m[0], state.y_m - leapt_m[1]
         if self._anchor is None:
             self._anchor = (north_m, east_m)
-        return math.hypot(north_m - self._anchor[0], east_m - self._anchor[1]) > alarm_m
+        drifted_m = math.hypot(north_m - self._anchor[0], east_m - self._anchor[1])
+        if drifted_m < _NO_DRIFT * alarm_m:
+            self._alarmed_m = 0.0
+        while drifted_m > (next_m := 2.0 * self._alarmed_m or alarm_m):
+            self._alarmed_m = next_m
+        return self._alarmed_m
 
 
 class Monitors:
@@ -262,7 +279,7 @@ class Monitors:
         self._swings = (Reversals(), Reversals(), Reversals(), Reversals())
         self._steadying = Steadying()
         self._battery, self._ticks, self._drift = Battery(), Ticks(period_us / 1e6), Drift()
-        self._said: tuple[bool, ...] = ()
+        self._said: tuple[tuple[bool, ...], float] = (), 0.0
         self._flags = MonitorFlags()
         self.configure(config)
 
@@ -299,17 +316,18 @@ class Monitors:
         speed_mps, port, starboard = state.sog_mps, output.thruster_port, output.thruster_starboard
         if speed_mps is not None:
             no_way = self._watch_way and self._no_way(speed_mps, 0.5 * (port + starboard), desired, vessel_speed_fn)
+        drifted_m = self._drift.step(state, stopped, self._alarm_m, leapt_m)
         neutral, bound_mps, drift_us = port == 0.0 and starboard == 0.0, self._drift_mps, self._drift_us
         said = (
             self._stuck.step(now_us, no_way, self._stuck_us),
             self._adrift.step(now_us, neutral, speed_mps, bound_mps=bound_mps, for_us=drift_us),
-            self._drift.step(state, stopped, self._alarm_m, leapt_m),
+            drifted_m > 0.0,
             self._steadying.step(now_us, self._oscillates(now_us, output), self._hold_us),
             *self._battery.step(now_us, supply),
             *self._ticks.step(now_us, late_s),
         )
-        if said != self._said:
-            self._said, self._flags = said, MonitorFlags(*said)
+        if (said, drifted_m) != self._said:
+            self._said, self._flags = (said, drifted_m), MonitorFlags(*said, drifted_m=drifted_m)
         return self._flags
 
     def _no_way(

@@ -104,10 +104,15 @@ class FailsafeVerdict:
     outlook: tuple[Outlook, ...] = ()
 
     @property
-    def author(self) -> str:
-        """The condition that asks for what is done, in words."""
+    def authors(self) -> tuple[str, ...]:
+        """The conditions that ask for what is done, in words."""
         done = SHORT[self.result.action]
-        return next((each.cause for each in self.outlook if each.doing == done), "failsafe")
+        return tuple(each.cause for each in self.outlook if each.doing == done) or ("failsafe",)
+
+    @property
+    def author(self) -> str:
+        """The most urgent of them."""
+        return self.authors[0]
 
 
 @value

@@ -295,7 +295,7 @@ class Vehicle:
         verdict = FailsafeVerdict(
             result, outlook(result.memory, flags, now_us, config, result.action) if result.memory.entries else ()
         )
-        controls.voice.say_all(result.texts)
+        controls.voice.say_all([*guarded.monitors.told_since(before.guarded.monitors), *result.texts])
         controls.decided = Decided()
         if guarded.monitors.battery_low:
             self.parts.navigator.abandon_trial(_LOW, at_next=True)
@@ -310,7 +310,7 @@ class Vehicle:
         """
         controls, action = self.controls, verdict.result.action
         if action >= Action.DISARM and controls.armed:
-            controls.disarm(", ".join(each.cause for each in verdict.outlook))
+            controls.disarm(", ".join(verdict.authors))
         mode = self.parts.navigator.mode
         if by_hand or (mode is Mode.MANUAL and action is not Action.RETURN):
             return

@@ -55,6 +55,8 @@ _REST_S: Final = 0.3
 _SOUNDED: Final = "sounded before"
 _LATELY_US: Final = 5_000_000
 """A slope that was proven so shortly before the last reading is still being sailed up: on gentle ones noise hides it at times."""
+_APPROACH_US: Final = 10_000_000
+"""An approach is over when none has been seen for so long: a slow sounder's noise hides one for some seconds."""
 _LONG_US: Final = 60_000_000
 """Of the bottom this long after the last reading its slope says nothing."""
 _SLOPE_MPS: Final = 0.3
@@ -105,7 +107,7 @@ class DepthAhead:
         self._stopping = self._warned = self._blind = False
         self._rest = 0
         """Looks that the memory need not be asked for: it has just said that all around is clear."""
-        self._looked_us, self._waited_m = 0, 0.0
+        self._looked_us, self._closed_us, self._waited_m = 0, 0, 0.0
         """Water that waiting for a stop to be confirmed has cost."""
 
     def configure(self, config: DepthGuardConfig) -> None:
@@ -238,15 +240,10 @@ class DepthAhead:
         return look
 
     def told(
-        self, stopping: bool, look: DepthLook, state: EstimatedState | None, *, goes_on: bool = False
+        self, stopping: bool, look: DepthLook, state: EstimatedState | None, *, now_us: int = 0, goes_on: bool = False
     ) -> list[tuple[Severity, str]]:
         """What to tell about this look: once per approach, once per stop. ``goes_on``: the stop told of last is not over."""
-        texts = []
-        if look.left_s is None or look.left_s > 1.5 * self._warn_s:
-            self._warned = False
-        elif look.left_s < self._warn_s and not self._warned:
-            self._warned = True
-            texts.append((Severity.WARNING, f"Bottom closing: depth limit in {max(look.left_s, 0.0):.0f} s"))
+        texts = self._told_of_approach(look.left_s, now_us)
         if look.blind and not self._blind:
             texts.append((Severity.WARNING, "Sounder lost while the bottom closes: going slow"))
         self._blind = look.blind
@@ -256,6 +253,17 @@ class DepthAhead:
                 texts.append((Severity.NOTICE, "False shoal? USER_2 forgets 20 m around the boat"))
         self._stopping = stopping or (goes_on and self._stopping)
         return texts
+
+    def _told_of_approach(self, left_s: float | None, now_us: int) -> list[tuple[Severity, str]]:
+        """Once for each: noise interrupts one now and then, and a boat that lies at the limit is told of that, not of how near it is."""
+        if left_s is None or left_s > 1.5 * self._warn_s:
+            self._warned = self._warned and now_us - self._closed_us < _APPROACH_US
+            return []
+        self._closed_us = now_us
+        if not 0.0 < left_s < self._warn_s or self._warned:
+            return []
+        self._warned = True
+        return [(Severity.WARNING, f"Bottom closing: depth limit in {left_s:.0f} s")]
 
     def _by_sounder(
         self,

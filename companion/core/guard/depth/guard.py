@@ -223,7 +223,7 @@ class DepthGuard:
         stop_ahead = judged.stop
         if loops_active and (entered or (stop_ahead and is_measured)):
             self._shoal.meet(state, altitude_m, ahead, self._ahead.slope(now_us))
-        texts += self._ahead.told(stop_ahead, ahead, state, goes_on=is_braked)
+        texts += self._ahead.told(stop_ahead, ahead, state, now_us=now_us, goes_on=is_braked)
         brake = self._brakes(now_us, state, braking if loops_active else None, begins=entered or stop_ahead)
         return GuardOutput(
             state=self.state,
