@@ -25,6 +25,7 @@ from companion.io.links.mem import MemLink
 from companion.io.log_file import LogFile
 from companion.io.loop import LoopApp
 from companion.io.recording import Recorder, Recording
+from companion.io.recording.recorder import SHARES
 from companion.io.recording.truth import TRUTH_COLUMNS, truth_row
 from companion.settings import load_vessel
 from companion.worlds import digest_of, simulated_content
@@ -231,7 +232,7 @@ class World:
             None,
             lambda text: None,
             header=TRUTH_COLUMNS.encode() + b"\n",
-            max_bytes=limits.max_mb << 20,
+            max_bytes=(limits.max_mb << 20) // SHARES,
         )
 
     def _far_end(self, name: str, url: str) -> Link:

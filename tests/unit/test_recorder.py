@@ -410,6 +410,18 @@ def test_first_parts_are_never_deleted(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["control.csv", "inputs.bin"]
 
 
+def test_a_part_that_is_being_written_is_never_deleted(tmp_path):
+    """It had been, each five seconds: "files of this run are gone: begun anew", 376 times an hour, and nothing was kept."""
+    recorder = Recorder(tmp_path, max_mb=1)
+    (tmp_path / "truth.csv").write_bytes(bytes(1 << 20))
+    for second in range(1, 41):
+        recorder.frames(bytes(3_000))
+        recorder.flush(second * 1_000_000)
+    assert recorder.drain_texts() == []
+    recorder.close(41_000_000)
+    assert sum(path.stat().st_size for path in tmp_path.glob("mavlink*.tlog")) == 120_000
+
+
 def test_after_a_thousand_parts_the_order_and_the_limit_are_kept(tmp_path):
     names = ["mavlink.tlog", "mavlink-998.tlog", "mavlink-999.tlog", "mavlink-1000.tlog", "mavlink-1001.tlog"]
     for number, name in enumerate(names):

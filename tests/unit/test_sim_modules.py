@@ -9,6 +9,7 @@ import pytest
 import config
 from companion.cli import main
 from companion.io.links.radio_port import SIMULATED_SET
+from companion.io.log_file import parts_of
 from companion.settings import ConfigError, load
 from mavlink_bridge.radio.air.codes import ModuleCodes, read_codes
 from mavlink_bridge.radio.air.module import ModuleError, fields
@@ -122,3 +123,15 @@ def test_without_codes_numbers_stay_numbers():
     assert next(each.shown for each in fields(FACTORY_BLOCK, ModuleCodes()) if each.name == "Data Rate") == "index 0"
     with pytest.raises(ModuleError, match="0 to 9"):
         read_codes({"rates": {"12": 656}})
+
+
+def test_what_really_happened_takes_its_share_of_a_recording_and_no_more(tmp_path):
+    """It grew until nothing else was kept: after 15 hours of a simulation every new log was deleted within five seconds."""
+    settings = load(config.path("sim.toml"), ["record.free_floor_mb=0"], SimSettings)
+    small = settings.model_copy(update={"record": settings.record.model_copy(update={"max_mb": 1})})
+    world = World(small, 1, run_dir=tmp_path)
+    world.run(30.0)
+    world.shutdown(world.now_us)
+    sizes = [path.stat().st_size for path in parts_of(tmp_path / "truth.csv")]
+    assert len(sizes) > 1
+    assert max(sizes) <= (1 << 20) // 16 + 4096

@@ -12,7 +12,7 @@ import json
 import math
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -45,7 +45,7 @@ CONTROL_WIDTHS: Final = (_COLUMNS, _COLUMNS - 3)
 _FLUSH_US: Final = 1_000_000
 _SPACE_US: Final = 5_000_000
 _DEG: Final = 180.0 / math.pi
-_SHARES: Final = 16
+SHARES: Final = 16
 """A file goes on in a new part at this share of the run's limit; the inputs, needed from their start, may take half."""
 _PART: Final = re.compile(r"-\d{3,}\.\w+$")
 _NO_DEMAND: Final = ActuatorDemand(0)
@@ -89,11 +89,11 @@ class Recorder:
             set_aside(run_dir)
             write_json(run_dir / "run.json", self._about)
         self._hold = hold(run_dir)
-        limit = self._max_bytes // _SHARES
+        limit = self._max_bytes // SHARES
         self._tlog = self._file("mavlink.tlog", max_bytes=limit)
         self._events = self._file("events.jsonl", max_bytes=limit)
         self._control = self._file("control.csv", header=CONTROL_COLUMNS.encode() + b"\n", max_bytes=limit)
-        self._inputs = self._file("inputs.bin", max_bytes=limit * _SHARES // 2, stop_at_end=True)
+        self._inputs = self._file("inputs.bin", max_bytes=limit * SHARES // 2, stop_at_end=True)
         self.inputs = InputRecorder(self._inputs.add, self._inputs.begin)
         """Records the inputs of the app that this run is about, once started."""
         self.frames: Callable[[bytes], None] = self._tlog.add
@@ -136,7 +136,7 @@ class Recorder:
 
     def extra(self, name: str, header: bytes = b"") -> LogFile:
         """One more file of this run, flushed with the others; ``add`` bytes to it (truth.csv of a simulation)."""
-        file = self._file(name, header=header, max_bytes=self._max_bytes // _SHARES)
+        file = self._file(name, header=header, max_bytes=self._max_bytes // SHARES)
         self._files = (*self._files, file)
         return file
 
@@ -199,7 +199,7 @@ class Recorder:
             self._low_found = found.f_bavail * found.f_frsize < self._floor_bytes
         if any(file.part for file in self._files):
             with contextlib.suppress(OSError):
-                drop_oldest_parts(self.run_dir, self._max_bytes)
+                drop_oldest_parts(self.run_dir, self._max_bytes, [file.path for file in self._files])
 
     def _begin_again(self) -> None:
         """Nobody hears of a deleted file: writing to it goes on without an error."""
@@ -263,11 +263,13 @@ def set_aside(run_dir: Path) -> None:
         path.rename(place / path.name)
 
 
-def drop_oldest_parts(run_dir: Path, limit: int) -> None:
-    """Delete rotated parts, oldest first, until the run's files are below ``limit`` bytes. First parts stay."""
+def drop_oldest_parts(run_dir: Path, limit: int, spared: Collection[Path] = ()) -> None:
+    """Delete rotated parts, oldest first, until the run's files are below ``limit`` bytes. First parts stay, and those ``spared``."""
     sizes = {path: path.stat() for path in run_dir.iterdir() if path.is_file()}
     total = sum(found.st_size for found in sizes.values())
-    parts = sorted((found.st_mtime_ns, path) for path, found in sizes.items() if _PART.search(path.name))
+    parts = sorted(
+        (found.st_mtime_ns, path) for path, found in sizes.items() if _PART.search(path.name) and path not in spared
+    )
     for _, path in parts:
         if total <= limit:
             return
