@@ -58,7 +58,7 @@ class CompactLink:
         self.ledger = ledger or Ledger(profile.hour_us, profile.stop_us)
         self.voice = RadioVoice(profile, pairing, self.ledger, self._remember)
         self.clock = self.voice.clock
-        self._patience = Patience(profile, self.clock, rng)
+        self.patience = Patience(profile, self.clock, rng, self.ledger)
         self._inboxes = memory_of.Inboxes(round(profile.link.upload_s * 1e6), round(profile.link.command_s * 1e6))
         self.heard_us: int | None = None
         """When the last frame of a session came, or an answer to our HELLO."""
@@ -80,10 +80,9 @@ class CompactLink:
         self._answers: deque[Posted] = deque(maxlen=_MAX_ANSWERS)
         self._posted = PostBox()
         self._outcomes: list[TransferOutcome] = []
-        self._listen_until_us = self._hold_answers_us = self.chat_until_us = 0
-        self.way = WayClear(self.clock, self._patience)
+        self._listen_until_us = self._hold_answers_us = self.chat_until_us = self._turn = 0
+        self.way = WayClear(self.clock, self.patience)
         self._greeting = Greeting(profile, rng, now_us, is_vessel=self._is_vessel)
-        self._turn = 0
         self._session: Session | None = None
         """The session that was heard last."""
         memory_of.read(memory, self._inboxes, self.ledger, now_us)
@@ -106,6 +105,7 @@ class CompactLink:
                 self._on_hello(Hello.read(frame.body), now_us)
                 continue
             self.heard_us = now_us
+            self.patience.heard()
             self.way.slots.heard(frame, now_us)
             self._greeting.authentic(self.opener.strange_bytes)
             item = self._sort(frame, now_us)
@@ -118,6 +118,7 @@ class CompactLink:
         self._greeting.heard(now_us, please=hello.please, proof=hello.proof)
         if hello.proof:
             self.heard_us = now_us
+            self.patience.heard()
         self._note_start(now_us)
         for waiting in self._outgoing:
             waiting.next_us = min(waiting.next_us, now_us)
@@ -145,7 +146,7 @@ class CompactLink:
             return self._on_reply(frame, now_us)
         if kind in _RELIABLE or kind is Kind.PIECE:
             return self._on_message(frame, now_us)
-        self._patience.other_was_talking(self._outgoing, len(frame.body) + OVERHEAD, now_us)
+        self.patience.other_was_talking(self._outgoing, len(frame.body) + OVERHEAD, now_us)
         return frame
 
     def _on_message(self, frame: RadioFrame, now_us: int) -> WholeMessage | None:
@@ -154,19 +155,19 @@ class CompactLink:
         if frame.kind is Kind.PIECE:
             # complete before the sender asked: it still sends its reserve, and would not hear an answer now
             polled = len(frame.body) > 2 and frame.body[2] & 0x80
-            self._hold_answers_us = now_us if polled else now_us + self._patience.longest_us()
+            self._hold_answers_us = now_us if polled else now_us + self.patience.longest_us()
             message, reply, account = self._inboxes.current.piece(frame.body, now_us)
             if account is not None:
                 self._answers.append(Posted(Kind.MISSING, account, Priority.COMMAND, to=self._inboxes.other))
             elif message is None and reply is None:
                 # more pieces come: keep off the air for the longest one
-                self._listen_until_us = now_us + self._patience.longest_us()
+                self._listen_until_us = now_us + self.patience.longest_us()
         else:
             message, reply = self._inboxes.current.frame(frame, now_us)
         if reply is not None:
             self._answers.append(Posted.again(frame, reply, self._inboxes.other))
         if message is not None:
-            self._listen_until_us = max(self._listen_until_us, now_us + self._patience.turnaround_us)
+            self._listen_until_us = max(self._listen_until_us, now_us + self.patience.turnaround_us)
         return message
 
     def _on_reply(self, frame: RadioFrame, now_us: int) -> RadioFrame | None:
@@ -177,7 +178,7 @@ class CompactLink:
         self.way.heard_answer(item, frame_bytes(frame.kind, body), now_us)
         if item is None or found is None:
             return None if brief else frame
-        self._patience.learn(item, now_us)
+        self.patience.learn(item, now_us)
         self.way.answered(item)
         reason = "" if self.pairing.is_foreign else body[1 + self._standing_bytes :].decode("utf-8", "replace")
         self._finish(item, Reply(found[1], reason))
@@ -206,6 +207,7 @@ class CompactLink:
             raise ValueError("too many orders wait for the radio")
         pieces = cut(kind, payload, longest)
         item = Transfer(self._next_id, kind, pieces, priority, now_us + limit_us, is_whole=self.pairing.is_foreign)
+        self.patience.press(item, now_us)
         self._next_id = (self._next_id + 1) % 256
         if priority <= Priority.COMMAND:
             self._greeting.hurry(now_us, was_silent=False)
@@ -217,6 +219,11 @@ class CompactLink:
         """Send a message of ours without the pause after an answer: the other end asked for it, and waits."""
         for item in self._outgoing:
             item.is_asked_for |= item.id == number
+
+    def press(self, number: int, now_us: int) -> None:
+        """An order that is on its way is given again: somebody waits for its next try."""
+        for item in [item for item in self._outgoing if item.id == number]:
+            self.patience.press(item, now_us)
 
     def withdraw(self, numbers: Container[int], reply: Reply) -> None:
         """End messages of ours that nobody wants to arrive any more."""
@@ -246,7 +253,8 @@ class CompactLink:
 
     def take(self, now_us: int) -> bytes:
         """The next frame when the air is ours, b"" otherwise."""
-        self._expire(now_us)
+        late = {item.id for item in self._outgoing if now_us >= item.deadline_us}
+        self.withdraw(late, Reply(Result.FAILED, "no answer from the vessel"))
         if now_us < self.way.other_until_us or not self.clock.is_free(now_us, lead_us=self._lead_us(now_us)):
             return b""
         choices = (self._an_answer, self._a_hello, self._a_stop, self._a_second, self._a_message, self._a_posted)
@@ -269,7 +277,7 @@ class CompactLink:
         frame = self.voice.send(first.kind, body, first.priority, now_us, session=session)
         if frame:
             # the question comes again when this answer is lost: nothing of ours may be in its way; the vessel's come after a longer pause
-            pause_us = self._patience.pause_us(len(frame), longer=first.is_plan_again and self._states_can_wait(now_us))
+            pause_us = self.patience.pause_us(len(frame), longer=first.is_plan_again and self._states_can_wait(now_us))
             self._listen_until_us = now_us + pause_us - _TICK_SLIP_US if self._is_vessel else self.clock.off_us
             self.way.gave_answer(now_us)
             if first.is_twofold:
@@ -286,10 +294,9 @@ class CompactLink:
         frame = self.voice.hello(greeting, priority, now_us) if greeting.is_due(now_us) else b""
         if not frame:
             return b""
-        self._listen()
-        for item in self._outgoing if greeting.please else ():
-            # who is answering does not hear
-            item.next_us = max(item.next_us, self.clock.off_us + self._patience.hello_us())
+        self._listen_until_us = self.clock.off_us + self.patience.answer_us()
+        if greeting.please:
+            self.patience.greets(self._outgoing, now_us)
         greeting.sent(now_us)
         return frame
 
@@ -313,7 +320,7 @@ class CompactLink:
         # the other end's states wait while a long message comes
         keeps_quiet = any(item.is_under_way for item in self._outgoing)
         for item in list(items):
-            if now_us < item.next_us:
+            if now_us < item.next_us or self.patience.is_put_off(item, now_us):
                 continue
             if not keeps_quiet and self.way.meets(item.next_size(), now_us, hurries=item.hurries):
                 continue
@@ -344,9 +351,9 @@ class CompactLink:
             if item.asked:
                 # the vessel's states go on between the tries of what it tells the shore
                 pause_us = _VESSEL_PAUSE_US * min(item.tries, 4) * self._is_vessel
-                self._patience.asks(item, now_us, self.way.rhythm, pause_us)
+                self.patience.asks(item, now_us, self.way.rhythm, pause_us)
             elif self._is_vessel:
-                item.next_us = self.clock.off_us + self._patience.answer_us()
+                item.next_us = self.clock.off_us + self.patience.answer_us()
             else:
                 self.way.slots.sent(item, body)
             return frame
@@ -357,7 +364,7 @@ class CompactLink:
         for item in [item for item in self._outgoing if item.is_half_said and item.off_us == self.clock.off_us]:
             frame = self.voice.send(item.kind, item.whole, item.priority, now_us, saying=Saying.SECOND)
             item.is_half_said, item.is_said_twice = False, bool(frame)
-            self._patience.asks(item, now_us, self.way.rhythm, between_us=0)
+            self.patience.asks(item, now_us, self.way.rhythm, between_us=0)
             return frame
         return b""
 
@@ -368,7 +375,7 @@ class CompactLink:
             return b""
         # a message that comes in pieces would have it in its way
         is_receiving = not has_slot and self._inboxes.current.is_receiving(
-            now_us, _QUIET_PIECES * self._patience.longest_us()
+            now_us, _QUIET_PIECES * self.patience.longest_us()
         )
         if await_answer(self._outgoing, now_us) or is_receiving or self.way.is_quiet(now_us):
             return b""
@@ -385,15 +392,8 @@ class CompactLink:
             self.last_posted = self.voice.counter, first.body
             self.state_us = now_us if first.kind in STATES else self.state_us
             if self._is_vessel:
-                self._listen()
+                self._listen_until_us = self.clock.off_us + self.patience.answer_us()
         return frame
-
-    def _listen(self) -> None:
-        self._listen_until_us = self.clock.off_us + self._patience.answer_us()
-
-    def _expire(self, now_us: int) -> None:
-        late = {item.id for item in self._outgoing if now_us >= item.deadline_us}
-        self.withdraw(late, Reply(Result.FAILED, "no answer from the vessel"))
 
     def _finish(self, item: Transfer, reply: Reply) -> None:
         self._outgoing.remove(item)

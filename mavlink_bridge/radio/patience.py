@@ -5,7 +5,8 @@ from __future__ import annotations
 import random
 from typing import Final
 
-from .air import AirClock, RadioProfile
+from .air import AirClock, Priority, RadioProfile
+from .air.ledger import Ledger
 from .air.rhythm import Rhythm
 from .codec.brief import STANDING_BYTES
 from .codec.frames import STOPS
@@ -48,9 +49,14 @@ _EXPLAINED: Final = frozenset((Kind.ORDER, Kind.STOP, Kind.SAFE))
 class Patience:
     """Times of answers. All randomness comes from ``rng``."""
 
-    def __init__(self, profile: RadioProfile, clock: AirClock, rng: random.Random) -> None:
+    def __init__(self, profile: RadioProfile, clock: AirClock, rng: random.Random, ledger: Ledger) -> None:
         self.turnaround_us = round(profile.link.turnaround_ms * 1e3)
-        self._longest_bytes, self._is_thrifty = profile.max_frame_bytes, profile.is_thrifty
+        self._command_us = round(profile.link.command_s * 1e6)
+        self._longest_bytes = profile.max_frame_bytes
+        self._ledger = ledger
+        self._unheard_us: int | None = None
+        """When the last stop left the air, if nothing has been heard since."""
+        self._slack = 1.0
         self._clock = clock
         self._rng = rng
         self._slowest_us = {False: 0, True: 0}
@@ -77,15 +83,55 @@ class Patience:
         is_late = item.tries >= _LONG_TRY and item.kind in _EXPLAINED
         # in step with another gateway's questions each repeat of a stop would be met
         is_random = is_late and item.kind in STOPS
-        if is_random and not self._is_thrifty:
+        if is_random:
             return base_us + self._rng.randrange(max(self.longest_us() + self.longest_us() // 8 - base_us, 1))
         if is_late or (item.kind is Kind.PLAN and item.tries in _LONG_PLAN_TRIES):
             base_us = max(base_us, self.longest_us())
         elif item.tries == 1 and item.kind in _EXPLAINED:
             base_us = max(self.answer_us() - _EAGER_US, slowest_us)
         growth = 1.0 if item.tries <= _PATIENT_TRIES else 1.2 ** min(item.tries - _PATIENT_TRIES, 8)
-        spread_us = base_us if is_random and self._is_thrifty else base_us // 8
-        return round(base_us * growth) + self._rng.randrange(max(spread_us, 1)) * (item.tries > 1)
+        return round(base_us * growth) + self._rng.randrange(max(base_us // 8, 1)) * (item.tries > 1)
+
+    # ---- stops that nobody hears --------------------------------------------------------------------------------
+
+    def heard(self) -> None:
+        """The other end is there: the next stop need not wait."""
+        self._unheard_us = None
+
+    def stop_wait_us(self, now_us: int, *, again: bool) -> int:
+        """How long a stop waits, newly ordered or ``again``, so that the hour is not spent on what nobody hears."""
+        if self._unheard_us is None:
+            return 0
+        gap_us = round(self._ledger.stop_gap_us(now_us, again=again) * self._slack)
+        return max(self._unheard_us + gap_us - now_us, 0)
+
+    def press(self, item: Transfer, now_us: int) -> None:
+        """It is ordered, or ordered again while it is on its way: a stop is tried as soon and as long as a new one would be."""
+        item.is_pressed = True
+        if item.priority is Priority.STOP:
+            end_us = now_us + self.stop_wait_us(now_us, again=False) + self._command_us
+            item.deadline_us = max(item.deadline_us, end_us)
+
+    def is_put_off(self, item: Transfer, now_us: int) -> bool:
+        """Whether it is a stop that still waits."""
+        return item.priority is Priority.STOP and self.stop_wait_us(now_us, again=not item.is_pressed) > 0
+
+    def repeats_us(self, now_us: int) -> int:
+        """How far apart the repeats of a stop are that nobody has answered; 0 where the last one was heard."""
+        return 0 if self._unheard_us is None else self._ledger.stop_gap_us(now_us, again=True)
+
+    def _stop_went(self, now_us: int) -> None:
+        """Where gaps are long they are what keeps two gateways out of step."""
+        self._unheard_us = self._clock.off_us
+        is_slow = self._ledger.stop_gap_us(now_us, again=True) > self.longest_us()
+        self._slack = self._rng.uniform(0.75, 1.25) if is_slow else 1.0
+
+    def greets(self, items: list[Transfer], now_us: int) -> None:
+        """A HELLO that asks for an answer goes out: who is answering does not hear."""
+        for item in items:
+            item.next_us = max(item.next_us, self._clock.off_us + self.hello_us())
+            if item.priority is Priority.STOP:
+                self._stop_went(now_us)
 
     def asks(self, item: Transfer, now_us: int, rhythm: Rhythm | None, between_us: int) -> None:
         """A question goes out. ``between_us``: what is left free between two tries."""
@@ -93,6 +139,9 @@ class Patience:
         item.off_us, item.is_disturbed = self._clock.off_us, False
         item.quiet_us = self.overdue_us(item, rhythm)
         item.next_us = item.quiet_us + between_us
+        item.is_pressed = False
+        if item.priority is Priority.STOP:
+            self._stop_went(now_us)
 
     def overdue_us(self, item: Transfer, rhythm: Rhythm | None) -> int:
         """When the answer to the question on the air is overdue. A state that begins before the vessel can answer goes first."""

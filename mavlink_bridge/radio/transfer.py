@@ -75,6 +75,8 @@ class Transfer:
     """Something else was said between the last question and its answer, which says nothing of how soon answers come."""
     is_asked_for: bool = False
     """The other end asked for it, and waits."""
+    is_pressed: bool = True
+    """It was ordered, or ordered again, since its last try."""
     is_whole: bool = False
     """The other end may be of a version that understands only the frozen form."""
 

@@ -10,8 +10,13 @@ from companion.io.keeping.store import MemoryStore
 from companion.radio import MEMORY_KEY, radio_conversation, stops_of
 from companion.settings.schema import Settings
 from mavlink_bridge.language.requests import Arm, Result
+from mavlink_bridge.radio.air.ledger import Ledger
+from sitl.radio import RadioConfig
 from tools.benches.lora import compiled, loiter_items
 from tools.lora_rig import KEY, BookVessel, Rig, profile
+
+STOP_US = 312_000
+GIVES_UP_US = 13_000_000
 
 
 @pytest.fixture
@@ -88,6 +93,38 @@ def test_five_stops_with_their_answers_are_never_spent_on_a_mission():
     assert any("the last stop for " in text and "sails its plan to the end and holds there" in text for text in told)
     assert rig.pair.air.worst_hour_us("shore") <= 3_600_000
     assert rig.pair.air.worst_hour_us("vessel") <= 3_600_000
+
+
+def test_stops_that_nobody_hears_leave_the_hour_one_for_the_next_press():
+    """The original's channel, a hole of 25 s, Disarm twice in it: the next press comes aboard, and what is put off was told before."""
+    rig = Rig(profile("n-0.1"), step_us=25_000)
+    rig.settle()
+    rig.pair.air.configure(RadioConfig(loss=1.0))
+    for seconds in (21.0, 4.0):
+        rig.twin.submit("operator", Arm(False), rig.now_us)
+        rig.run(seconds)
+    told = [text for _, text in rig.twin.drain_texts()]
+    assert any("nobody answers" in text and "the hour's airtime" in text for text in told)
+    rig.pair.air.configure(RadioConfig())
+    seconds, reply = rig.ask(Arm(False))
+    assert reply.result is Result.ACCEPTED
+    assert seconds < 10.0
+    assert rig.twin.link.ledger.stops_left(rig.now_us) >= 3
+    assert rig.pair.air.worst_hour_us("shore") <= 3_600_000
+
+
+@pytest.mark.parametrize(("limit_us", "hole_s"), [(3_600_000, 150), (36_000_000, 400), (360_000_000, 1500)])
+def test_repeats_slow_down_with_what_is_left_of_the_hour(limit_us, hole_s):
+    """As fast as an answer may come, for the whole of a hole in the air, with a press each time that the gateway gives up."""
+    ledger, now_us, pressed_us = Ledger(limit_us, STOP_US), 0, 0
+    while True:
+        ledger.charge(STOP_US, now_us)
+        again_us = now_us + max(ledger.stop_gap_us(now_us, again=True), 1_200_000)
+        pressed_us = max(pressed_us + GIVES_UP_US, now_us + ledger.stop_gap_us(now_us, again=False))
+        now_us = min(again_us, pressed_us)
+        if now_us > hole_s * 1_000_000:
+            break
+    assert ledger.stops_left(now_us) >= 1
 
 
 def test_check_tells_how_many_stops_an_hour_holds():

@@ -19,6 +19,12 @@ _USUAL_LIMIT_US: Final = 360_000_000
 STOPS_KEPT: Final = 5
 _OUTDATED_US: Final = 600_000_000
 """An end that is killed has to take what it saved for spent just now: it shall not be of hours ago."""
+_REPEATS_US: Final = 60_000_000
+"""After a minute of a stop's repeats that nobody hears half of what the hour held is left, after two a third, whatever the band."""
+_PRESSES_US: Final = 300_000_000
+"""So long waits the hour's last stop after one that nobody heard, of five left the next one twelve seconds, about the time after which
+an operator is told that nobody answers: each press finds its first try.
+"""
 _UNSAVED: Final = 0.01
 """Share of the hour's limit that may be used between two savings."""
 
@@ -71,6 +77,18 @@ class Ledger:
         """How many stops this hour still holds; None = any number."""
         left_us = self.left_us(Priority.STOP, now_us)
         return None if left_us is None or not self.stop_us else left_us // self.stop_us
+
+    def stop_gap_us(self, now_us: int, *, again: bool) -> int:
+        """Least time from a stop that nobody heard to the next one, ``again`` the same or a newly ordered one.
+
+        A gap that grows as the square of what is gone spends the hour ever more slowly: it is never spent in a hole of minutes.
+        """
+        left_us = self.left_us(Priority.STOP, now_us)
+        if left_us is None or self.limit_us is None or not self.stop_us:
+            return 0
+        left = max(left_us / self.stop_us, 1.0)
+        scale_us = max(_PRESSES_US, _REPEATS_US * self.limit_us / self.stop_us) if again else _PRESSES_US
+        return round(scale_us / (left * left))
 
     def _cap_us(self, priority: Priority) -> int:
         """Up to which airtime of the hour a class may fill it."""

@@ -87,7 +87,7 @@ class Edits:
             edit.came_early |= edit.number is not None
         for edit in [edit for edit in self._waiting if edit.number is None and not edit.came_early]:
             self._waiting.remove(edit)
-            if not self._pending.join(edit.owner, edit.body, edit.station):
+            if self._pending.join(edit.owner, edit.body, edit.station) is None:
                 self._judge(edit, kept, now_us)
 
     def _judge(self, edit: Edit, kept: Kept, now_us: int) -> None:

@@ -20,6 +20,8 @@ from ..codec.state_fields import plan_hash
 from ..codec.wire import SAFE_STOPS, Kind
 from ..link import CompactLink
 
+_SLOW_S: Final = 3
+"""From this time on between two tries an operator should know of it: usually there are two in a second and a half."""
 OVERTAKEN: Final = Reply(Result.REJECTED_NOW, "overruled by a newer order")
 
 
@@ -74,13 +76,13 @@ class PendingOrders:
             and all(speaker == station for speaker in older.owners.values())
         }
 
-    def join(self, owner: Hashable, body: RequestBody, station: Hashable) -> bool:
-        """Let somebody wait for the answer to what is on its way already, if nobody has ordered the contrary since."""
-        for order in self._orders.values():
+    def join(self, owner: Hashable, body: RequestBody, station: Hashable) -> int | None:
+        """Let somebody wait for the answer to what is on its way already, if nobody has ordered the contrary since. Returns its number."""
+        for number, order in self._orders.items():
             if covers(order.body, body) and not order.is_taken_back:
                 order.owners[owner] = station
-                return True
-        return False
+                return number
+        return None
 
     def put(self, number: int, body: RequestBody, owner: Hashable, station: Hashable) -> set[int]:
         """Note what goes on the air. Returns the numbers of those that it stands for, whose owners it takes over.
@@ -170,6 +172,16 @@ def stops_word(ledger: Ledger, now_us: int, *, at_most: int, spoken_for: int = 0
     wait_us = ledger.wait_us((spoken_for + 1) * ledger.stop_us, Priority.STOP, now_us) or 0
     when = f" for {math.ceil(wait_us / 60e6)} min" if wait_us else ""
     return f"Radio: the last stop{when}; the vessel sails its plan to the end and holds there, its guards stay on"
+
+
+def words_at_a_stop(link: CompactLink, now_us: int) -> tuple[str, ...]:
+    """What is told with a stop: what the hour still holds; and while nobody answers how repeats slow down before it is spent."""
+    wait_s = math.ceil(link.patience.stop_wait_us(now_us, again=False) / 1e6)
+    every_s = round(link.patience.repeats_us(now_us) / 1e6)
+    slow = f"Radio: nobody answers; lest the hour's airtime is spent, a stop is repeated every {every_s} s"
+    put_off = f"Radio: nobody answers, and the hour's airtime is nearly spent: this stop goes out in {wait_s} s"
+    left = stops_word(link.ledger, now_us, at_most=3, spoken_for=1)
+    return left, put_off if wait_s >= _SLOW_S else slow if every_s >= _SLOW_S else ""
 
 
 def submit(link: CompactLink, message: tuple[Kind, bytes], now_us: int, *, is_stop: bool) -> int:

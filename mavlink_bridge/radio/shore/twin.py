@@ -49,7 +49,7 @@ from .beacon import Beacons
 from .edits import ANOTHER, Edit, Edits
 from .grid import StateGrid
 from .memory import ShorePicture, heard_us
-from .orders import OVERTAKEN, PendingOrder, PendingOrders, message_of, stops_word, submit
+from .orders import OVERTAKEN, PendingOrder, PendingOrders, message_of, stops_word, submit, words_at_a_stop
 from .sayings import SAID_GAP_US, Sayings
 from .sync import Sync
 from .view import CachedParams, CachedPlans, snapshot_of, with_health
@@ -200,8 +200,8 @@ class ShoreTwin:
         if body.nature.stops:
             self._overrule(self._pending.yielding, OVERRULED, now_us)
         self._overrule(self._pending.unwanted(body, station), OVERTAKEN, now_us)
-        if self._pending.join(owner, body, station):
-            return
+        if (joined := self._pending.join(owner, body, station)) is not None:
+            return self.link.press(joined, now_us)
         try:
             if not self._edits.take(owner, body, station, now_us):
                 self._send(owner, body, now_us, origin, station)
@@ -216,7 +216,8 @@ class ShoreTwin:
         if replaced and isinstance(body, LoadPlan):
             self._sync.lacks(Wanted.INFO)  # what was withdrawn may have been carried out
         if body.nature.stops:
-            self._tell(stops_word(self.link.ledger, now_us, at_most=3, spoken_for=1), now_us)
+            for word in words_at_a_stop(self.link, now_us):
+                self._tell(word, now_us)
 
     def _send_edit(self, edit: Edit, now_us: int) -> None:
         self._send(edit.owner, edit.body, now_us, None, edit.station)
