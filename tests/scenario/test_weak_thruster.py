@@ -33,6 +33,12 @@ GALE = WaterConfig(wind_mps=10.0, gust_share=0.25, wave_height_m=0.3, current_mp
 BLOW = WATERS["0.5 m/s + 8 m/s"]
 
 
+def ask(watch, diagnosis, run):
+    """The watch, wired to the diagnosis as in the vessel."""
+    opinion, told, before_mps = diagnosis.opinion, diagnosis.told, diagnosis.before_mps
+    return watch.step(TICK_S, run.state, run.sent, opinion, told, before_mps=before_mps)
+
+
 def told_after_s(hull, water, figure, mps, seconds, fault=None, seed=1, fault_s=30.0):
     """(seconds after the fault, what was found); None when nothing was. Watch and diagnosis are wired as in the vessel."""
     run = Case(HULLS[hull], water, seed=seed, source=SensedState).loop()
@@ -44,7 +50,7 @@ def told_after_s(hull, water, figure, mps, seconds, fault=None, seed=1, fault_s=
             run.vessel.thruster_health[fault[0]] = fault[1]
         run.tick(mps)
         diagnosis.step(TICK_S, run.state, run.sent)
-        weak = watch.step(TICK_S, run.state, run.sent, diagnosis.opinion, diagnosis.told)
+        weak = ask(watch, diagnosis, run)
         if any(weak):
             return run.t_s - fault_s, weak
     return None
@@ -58,6 +64,32 @@ def test_it_is_found_under_way_on_its_side(water, fault):
     seconds, weak = found
     assert 0.0 < seconds <= 15.0
     assert weak == (fault[0] == 0, fault[0] == 1)
+
+
+def slippery():
+    """A light hull without rudders or skeg, whose own way aside turns it as hard as one propeller does."""
+    vessel = bare("otter", 0.735)
+    damping = {"xu": 3.9, "xuu": 34.0, "yv": 96.0, "yvv": 281.0, "nr": 3.1, "nrr": 103.0, "nur": 25.5}
+    hull = {"m11_kg": 90.0, "m22_kg": 226.0, "m23_kgm": 0.0, "m33_kgm2": 73.0} | damping
+    thruster = {"lateral_m": 0.42, "ahead_n": 110.0, "astern_n": 60.0, "lag_s": 0.19}
+    parts = {"hull": vessel.hull.model_copy(update=hull), "thruster": vessel.thruster.model_copy(update=thruster)}
+    return vessel.model_copy(update=parts)
+
+
+def test_a_lost_propeller_is_not_explained_by_the_water_that_it_made():
+    """Its thrust passed for way through a current of 1.8 m/s, and what that way turns the hull by for the missing turn: never acted on."""
+    hull = slippery()
+    run = Case(hull, WATERS["calm"], source=SensedState).loop()
+    run.place(0.0, 0.0, 0.0, 0.9)
+    run.sail(run.goto(400.0, 0.0))
+    watch, diagnosis = PropulsionWatch(hull), Diagnosis(hull)
+    while run.t_s < 30.0 and not watch.flags.thruster_alone:
+        run.vessel.thruster_health[0] = float(run.t_s < 15.0)
+        run.tick(0.9)
+        diagnosis.step(TICK_S, run.state, run.sent)
+        ask(watch, diagnosis, run)
+    assert watch.weak == (True, False)
+    assert watch.flags.thruster_alone
 
 
 def sail_on(hull, begin, seconds, side=0, share=0.0, seed=1, fault_s=15.0):
@@ -75,7 +107,7 @@ def sail_on(hull, begin, seconds, side=0, share=0.0, seed=1, fault_s=15.0):
         else:
             diagnosis.step(TICK_S, run.state, run.sent)
         before = watch.shares
-        watch.step(TICK_S, run.state, run.sent, diagnosis.opinion, diagnosis.told)
+        ask(watch, diagnosis, run)
         if watch.shares != before:
             is_other_boat = (before == WHOLE) != (watch.shares == WHOLE)
             through_mps = run.source.estimator.recall_water(run.state)[1] if is_other_boat else None
@@ -198,7 +230,7 @@ def watched_round_a_square(hull, water, source, seconds=80.0, fault=None):
                 return watch
             run.tick(1.2)
             diagnosis.step(TICK_S, run.state, run.sent)
-            watch.step(TICK_S, run.state, run.sent, diagnosis.opinion, diagnosis.told)
+            ask(watch, diagnosis, run)
     raise AssertionError
 
 
@@ -267,7 +299,7 @@ def test_a_file_that_is_known_to_be_wrong_makes_no_weed_of_a_corner():
         while math.dist(corner, (run.vessel.north_m, run.vessel.east_m)) > 4.0 and run.t_s < 225.0:
             run.tick(1.5)
             diagnosis.step(TICK_S, run.state, run.sent)
-            watch.step(TICK_S, run.state, run.sent, diagnosis.opinion, diagnosis.told)
+            ask(watch, diagnosis, run)
             assert watch.weak == (False, False)
     assert run.t_s > 200.0
 

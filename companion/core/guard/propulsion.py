@@ -180,11 +180,15 @@ class PropulsionWatch:
         sent: ActuatorOutput | None,
         opinion: frozenset[Cause] | None = None,
         told: frozenset[Cause] = frozenset(),
+        *,
+        before_mps: tuple[float, float] | None = None,
     ) -> tuple[bool, bool]:
         """Take one tick; return which thrusters, port and starboard, are weak.
 
         ``opinion``: what the diagnosis holds for possible. What it does not is not found here; None = it has none yet.
-        ``told``: what it has decided for at some time.
+        ``told``: what it has decided for at some time. ``before_mps``: the drift, north and east, as it was before it suspected anything;
+        while it is sure of a side that counts: the drift becomes what a lost propeller does not give, and way through such water turns
+        the hull as that propeller would have.
         """
         self._opinion, self._told = opinion, told
         self._doubt += dt_s / _DOUBT_S * (abs(state.made_share) - self._doubt)
@@ -194,6 +198,8 @@ class PropulsionWatch:
             self._smooth = None
             return self.weak
         drift_n, drift_e = state.drift_n_mps or 0.0, state.drift_e_mps or 0.0
+        if before_mps is not None and self._sure_s != [0.0, 0.0]:
+            drift_n, drift_e = before_mps
         cos, sin = math.cos(psi), math.sin(psi)
         water_u, water_v = u - drift_n * cos - drift_e * sin, v + drift_n * sin - drift_e * cos
         self._actuators.step(dt_s, sent, water_u)

@@ -173,7 +173,7 @@ class Ears:
             diagnosis.rest()
             return frozenset()
         cause = diagnosis.step(TICK_S, run.state, run.sent)
-        watch.step(TICK_S, run.state, run.sent, diagnosis.opinion, diagnosis.told)
+        watch.step(TICK_S, run.state, run.sent, diagnosis.opinion, diagnosis.told, before_mps=diagnosis.before_mps)
         return frozenset([cause]) if cause is not None else self._acted_on()
 
     def _acted_on(self) -> frozenset[Cause]:

@@ -65,6 +65,11 @@ class Diagnosis:
         """What may be behind what the hull does now, and nothing else may; None as long as nothing is known of the weather."""
         return self._weighing.opinion if self._is_judged else None
 
+    @property
+    def before_mps(self) -> tuple[float, float]:
+        """The drift, north and east, as it was before anything was suspected."""
+        return self._residual.before_mps
+
     def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None) -> Cause | None:
         """Return a cause when there is a new one."""
         if not self._is_judged:

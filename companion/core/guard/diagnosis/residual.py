@@ -98,6 +98,11 @@ class Residual:
         self._drift_mps = (0.0, 0.0)
         self._file_off = 0.0
 
+    @property
+    def before_mps(self) -> tuple[float, float]:
+        """The drift, north and east, as it was before anything was suspected."""
+        return self._drift_mps
+
     def step(self, dt_s: float, state: EstimatedState, sent: ActuatorOutput | None, suspected: bool) -> Sample | None:
         """Take one tick and what was sent before it."""
         psi, u, v, r = state.compass_rad, state.u_mps, state.v_mps, state.r_radps
