@@ -101,11 +101,6 @@ class Voyage:
         """Whether the vessel is on its way, so that arming it is no departure."""
         return self._begun and (self._left_us is None or now_us - self._left_us < OPEN_US) and not self._was_carried
 
-    @property
-    def is_broken(self) -> bool:
-        """Whether no operator has disarmed the vessel, or ended the process, under way."""
-        return self._broken
-
     def keeps_home(self, now_us: int, here: LatLon | None, home: LatLon | None) -> bool:
         """Whether arming must not make home of the place where the vessel happens to be."""
         self.passes(here)
