@@ -129,21 +129,26 @@ class Orders:
             controls.parts.mission.havens.begin_anew()
         stood = controls.parts.navigator.standing
         reply = method(self, body, station, now_us)
-        if reply.result is Result.ACCEPTED:
-            if order is not None or isinstance(body, GuidedHeading | GuidedTarget):
-                self._kept.given(body, controls.parts.navigator, stood)
-            if body is not request.body and (words := order_words(controls.parts.navigator, controls.state)):
-                controls.voice.say(Severity.NOTICE, f"Going on: {words}")
-            controls.parts.operators.obeyed(body, station, now_us, manual=by_hand)
-            controls.parts.operators.has_set(body, station, armed=controls.armed)
-            if body.nature.moves:
-                self._left.given(station)
-            if order is not None:
-                aside = order is Order.HOLD and station is not None and station.bystander
-                controls.operator_acted(Order.BYSTANDER_HOLD if aside else order)
-                lies = stopped_by(controls.last.verdict.result.memory, controls.config.failsafe) if aside else ""
-                if lies and controls.armed:
-                    return replace(reply, reason=f"she lies stopped: {lies}; Hold by a station would hold her")
+        if reply.result is not Result.ACCEPTED:
+            return reply
+        if order is not None or isinstance(body, GuidedHeading | GuidedTarget):
+            self._kept.given(body, controls.parts.navigator, stood)
+        if body is not request.body and (words := order_words(controls.parts.navigator, controls.state)):
+            controls.voice.say(Severity.NOTICE, f"Going on: {words}")
+        controls.parts.operators.obeyed(body, station, now_us, manual=by_hand)
+        controls.parts.operators.has_set(body, station, armed=controls.armed)
+        if body.nature.moves:
+            self._left.given(station)
+        return reply if order is None else self._acted(order, station, reply)
+
+    def _acted(self, order: Order, station: Station | None, reply: Reply) -> Reply:
+        """The failsafes hear of an order; a bystander's Hold leaves a boat that one has stopped as she lies, and says so."""
+        controls = self._controls
+        aside = order is Order.HOLD and station is not None and station.bystander
+        controls.operator_acted(Order.BYSTANDER_HOLD if aside else order)
+        lies = stopped_by(controls.last.verdict.result.memory, controls.config.failsafe) if aside else ""
+        if lies and controls.armed:
+            return replace(reply, reason=f"she lies stopped: {lies}; Hold by a station would hold her")
         return reply
 
     def arm(self, body: Arm, station: Station | None, now_us: int) -> Reply:
