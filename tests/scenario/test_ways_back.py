@@ -212,7 +212,7 @@ def test_a_boat_that_a_restart_left_drifting_is_told_of_until_somebody_arms_or_d
 @pytest.mark.parametrize("acts", ["arms", "disarms", "nobody"])
 def test_that_a_boat_drifts_since_a_restart_is_told_each_minute(acts):
     pier, going, told = LatLon((0.7, -0.1)), Voyage(), []
-    going.resume(pier)
+    going.resume(pier, None)
     for second in range(200):
         if second == 30 and acts != "nobody":
             going.armed(second, pier) if acts == "arms" else going.disarmed(second, None, by_operator=True)

@@ -189,6 +189,9 @@ class Controls:
 
     def look_for_home(self, now_us: int, utc_us: int | None) -> None:
         """A voyage that an operator left in an earlier process may be over by now: the next day, or on a trailer."""
+        if self.started_at is None:
+            self._look_where_started()
+        self.voyage.passes(self.here)
         dated = None if self.here is None else utc_us  # without a fix a receiver's date may be any
         self.voyage.hears_time(now_us, dated)
         if self.voyage.is_from_before and not self.voyage.has_begun(now_us):
@@ -203,7 +206,7 @@ class Controls:
         """The voyage of an earlier process is over: nothing of it stays."""
         self.voyage, self.parts.mission.home, self._home_by_operator = Voyage(), self.here, False
 
-    def look_where_started(self) -> None:
+    def _look_where_started(self) -> None:
         """The place is known for the first time: a voyage that went on far from here was ended on a trailer."""
         here, home = self.here, self.parts.mission.home
         self.started_at = here

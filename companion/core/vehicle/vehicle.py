@@ -122,9 +122,6 @@ class Vehicle:
         others = parts.traffic.step(now_us, state, utc_us, inputs.ais, line_alive=inputs.ais_alive)
         controls.voice.say_all(parts.traffic.drain_texts())
         controls.sensed = sensed = Sensed(now_us, dt_s, inputs, state, board=board, utc_us=utc_us, others=others)
-        if controls.started_at is None:
-            controls.look_where_started()
-        controls.voyage.passes(controls.here)
         controls.look_for_home(now_us, utc_us)
         self._diagnose(sensed, before)
         self._watch_thrusters(sensed, before)
