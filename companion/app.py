@@ -249,6 +249,7 @@ class App:
         ready, reason = (False, "no actuator board is configured") if board is None else board.ready(now_us)
         if board is not None:
             self.controls.voice.say_all(board.drain_texts())
+            self.depths.heed_board(board.version)
         return TickInputs(
             measurements=[(item, source) for source, port in enumerate(self.sensors) for item in port.take()],
             ais=[item for port in self.sensors for item in port.take_ais()],
@@ -396,4 +397,5 @@ class App:
                 self._adopt(plan)
             else:
                 self.controls.voice.say(Severity.WARNING, f"stored {kind.name.lower()} left out: {plan.reason}")
-        self.controls.voice.say_all([(Severity.INFO, text) for text in self.depths.restore(content.depth)])
+        kept = self.depths.restore(content.depth, content.world)
+        self.controls.voice.say_all([(Severity.INFO, text) for text in kept])

@@ -11,17 +11,21 @@ from typing import Final
 
 from mavlink_bridge.language.requests import Reply, Result
 
+from .core.board.wire import Version
 from .core.guard.depth.memory import DepthMemory, DepthMemoryConfig
 from .core.guard.depth.tiles import TileKey
 from .io.keeping import StoreOp
 from .io.keeping.content import SaveDepth
 from .io.keeping.depth_store import join_key, restore
+from .io.keeping.mark import WorldKind
 
 Keep = Callable[[StoreOp, Callable[[Reply], None]], None]
 """Stores a change and answers when it is done."""
 Tell = Callable[[str], None]
 """Warns every operator."""
 _TILES_AT_ONCE: Final = 64
+_SIMULATED_BOARD: Final = "TWIN"
+"""The name that the simulator's board tells; no firmware has it."""
 
 
 class DepthKeeper:
@@ -34,14 +38,16 @@ class DepthKeeper:
         self._keep = keep
         self._tell = tell
         self._told_full = False
+        self._is_real = False
         self._save_us = round(config.save_s * 1e6)
         self._cell_m = config.cell_m
         self._busy = False
         self.due_us = 0
         """When ``save`` is due."""
 
-    def restore(self, tiles: Mapping[str, str]) -> list[str]:
-        """Take the store's tiles; return what to tell of it."""
+    def restore(self, tiles: Mapping[str, str], world: str | None = None) -> list[str]:
+        """Take the store's tiles, and the kind of its world; return what to tell of it."""
+        self._is_real = world == WorldKind.REAL
         memory = self._memory
         if memory is None or not tiles:
             return []
@@ -52,6 +58,13 @@ class DepthKeeper:
         if others := len(tiles) - damaged - len(memory):
             texts.append(f"Depth memory: {others} tiles of another cell size are not used (depth.memory.cell_m)")
         return texts
+
+    def heed_board(self, version: Version | None) -> None:
+        """Take what the actuator board says it is: a boat with a simulator's sounds a sea that is not there, and no real store keeps it."""
+        if version is None or version.board != _SIMULATED_BOARD or not self._is_real:
+            return
+        self._is_real, self._memory = False, None
+        self._tell("SIMULATED BOARD on a real boat's store: start with --simulated. Soundings are not kept")
 
     def save(self, now_us: int) -> None:
         """Hand on what is new; call when it is due. One save at a time: a disk that hangs must not fill the memory."""

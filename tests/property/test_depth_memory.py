@@ -7,6 +7,7 @@ import math
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from companion.core.board.wire import Version
 from companion.core.guard.depth.ahead import DepthAhead
 from companion.core.guard.depth.config import DepthGuardConfig
 from companion.core.guard.depth.grid import Sounding, build, offset
@@ -228,3 +229,17 @@ def test_that_the_memory_is_full_is_told_once():
         filled([(north * 40.0, 0.0, 5.0)], memory)
         keeper.save(north * 10_000_000)
     assert told == ["Depth memory is full (16 tiles): the oldest go. Raise depth.memory.tiles_max"]
+
+
+def test_a_real_store_keeps_no_soundings_of_a_simulated_sea():
+    """Without --simulated, 'companion run' beside a simulated world had written them into the boat's own store, and told nothing."""
+    for world, board, kept in (("real", "TWIN", 0), ("real", "UNO", 1), ("simulated", "TWIN", 1)):
+        memory, handed, told = filled([(0.0, 0.0, 5.0)]), [], []
+        keeper = DepthKeeper(memory, CONFIG, lambda op, answer, handed=handed: handed.append(op), told.append)
+        keeper.restore({}, world)
+        for version in (None, Version(1, "1.0", board, 500), Version(1, "1.0", board, 500)):
+            keeper.heed_board(version)
+        keeper.save(0)
+        keeper.close(1)
+        assert (len(handed), len(told)) == (kept, 1 - kept)
+        assert all("SIMULATED BOARD" in text for text in told)

@@ -60,7 +60,7 @@ class Arduino:
         self._quality = LineQuality()
         self._agreement = Agreement()
         self._level: int | None = None
-        self._version: wire.Version | None = None
+        self.version: wire.Version | None = None
         self._protocol: int | None = None
         self._status: wire.Status | None = None
         self._status_us: int | None = None
@@ -135,7 +135,7 @@ class Arduino:
         if isinstance(line, wire.Status):
             self._take_status(line, now_us)
         elif isinstance(line, wire.Version):
-            self._version, self._protocol = line, line.protocol
+            self.version, self._protocol = line, line.protocol
         else:
             self._protocol = line.protocol
             self._reset_cause = line.reset_cause
@@ -157,7 +157,7 @@ class Arduino:
             self._texts.append((Severity.CRITICAL, f"Actuator board restarted ({self._reset_cause or 'unknown'})"))
         if self._phase is not STARTING:
             self._begin(now_us)
-        self._status, self._version = None, None
+        self._status, self.version = None, None
         self._quality.forget_board()
 
     def _begin(self, now_us: int) -> None:
@@ -203,7 +203,7 @@ class Arduino:
         if self._neutral_left == 0 and self._answered(now_us):
             self._phase = RUNNING
             self._changed()
-            self._texts.append(started_text(self._level, self._version))
+            self._texts.append(started_text(self._level, self.version))
             if self.config.frequency_hz < 2.0:
                 self._texts.append(rate_text(self.config))
         return data
@@ -214,7 +214,7 @@ class Arduino:
         if self._is_other:
             return False
         # A board that reports and does not tell its version, as where its answers are cut, is taken after a while.
-        return self._version is not None or (self._has_waited(now_us) and self.config.level != "1")
+        return self.version is not None or (self._has_waited(now_us) and self.config.level != "1")
 
     def _refresh(self, output: ActuatorOutput, now_us: int) -> bytes:
         neutral = self._map.neutral_us
@@ -224,7 +224,7 @@ class Arduino:
         if not self._due(now_us) and not stop_now:
             return b""
         data = self._frame(pulses, now_us)
-        if self._level == 1 and (self._version is None or self._version.silence_ms != self._silence_ms):
+        if self._level == 1 and (self.version is None or self.version.silence_ms != self._silence_ms):
             data += self._maintenance(now_us)
         return data
 
