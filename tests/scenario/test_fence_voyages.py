@@ -191,6 +191,17 @@ def test_a_fence_that_is_near_does_not_take_away_the_return(weather):
     assert math.hypot(helm.truth.north_m, helm.truth.east_m) < 3.0
 
 
+def test_a_fence_that_is_near_does_not_take_away_a_return_by_order(voyage):
+    """She was held as soon as she turned about, near an edge, and each order to return ended so."""
+    trip = voyage("depth.enabled=false")
+    trip.sail(1.5, (25.0, 0.0), after_s=25.0)
+    assert trip.circle_fence(trip.distance_m + 2.7).reason == ""
+    assert trip.mode(Mode.RTL).reason == ""
+    trip.until(lambda: trip.distance_m < 3.0, 90.0)
+    assert any(text.startswith("Fence ahead: HOLD") for text in trip.texts)
+    assert not trip.snapshot.fence.breached
+
+
 def test_a_return_that_leads_across_the_fence_waits_and_says_so():
     """The fence's stop is over, home lies behind an exclusion: she does not try again and again."""
     bar = [(20.0, -40.0), (30.0, -40.0), (30.0, 40.0), (20.0, 40.0)]

@@ -1043,6 +1043,55 @@ def test_each_return_that_the_fence_breaks_off_waits_longer_and_a_stop_is_forgot
     assert waits_s() == 5
 
 
+def test_a_return_by_order_goes_on_as_the_failsafes_own_when_the_fence_has_let_go():
+    """Three seconds after "Return to home" she was held, turning about, and lay there for good."""
+    run, ordered = Run(), changed(WELL, return_ordered=True, resume="Return")
+    run.step(changed(ordered, operator_order=Order.RETURN))
+    held = changed(WELL, resume="Return")
+    for wait_s in (5.0, 10.0, 20.0):
+        assert run.step(changed(held, fence_ahead=True, return_ordered=wait_s == 5.0)) is Action.HOLD
+        assert run.foretold[-1] == "Until no fence is ahead, then returning"
+        run.step(held)
+        assert run.step(held, wait_s - 0.1) is Action.HOLD
+        assert run.step(held, 0.2) is Action.RETURN
+    assert run.step(changed(held, gcs_age_s=100.0)) is Action.RETURN, "she is on her way"
+    assert not any("to go on" in text for text in told(run))
+    run.step(changed(held, fence_ahead=True))
+    run.step(held)
+    assert run.step(held, 60.0) is Action.HOLD, "each stop may set her out"
+    assert "No fence is ahead: holding: order Return to go on" in told(run)
+
+
+def test_a_return_by_order_waits_before_a_fence_that_shuts_it_off():
+    run, flags = Run(), changed(WELL, return_ordered=True, return_shut_off=True, resume="Return")
+    run.step(changed(flags, fence_ahead=True))
+    assert told(run)[-1] == ACROSS
+    flags = changed(flags, return_ordered=False)
+    assert run.step(flags, 60.0) is Action.HOLD
+    assert run.step(changed(flags, return_shut_off=False), 60.0) is Action.RETURN
+    assert run.step(changed(flags, operator_order=Order.HOLD)) is Action.NONE
+
+
+@pytest.mark.parametrize(
+    "stopped",
+    [
+        {"operator_order": Order.HOLD, "fence_ahead": True},
+        {"armed": False},
+        {"plan_invalid": True},
+        {"position_lost": True},
+        {"fence_breach": True},
+    ],
+)
+def test_a_return_by_order_that_something_else_has_ended_does_not_go_on(stopped):
+    run, fence = Run(), changed(WELL, fence_ahead=True)
+    run.step(changed(fence, return_ordered=True))
+    run.step(fence)
+    run.step(changed(WELL, **stopped))
+    run.step(changed(WELL, **stopped), 1.0)
+    for _ in range(10):
+        assert run.step(WELL, 5.0) is not Action.RETURN
+
+
 ACROSS = "Fence across the way back: holding: order a go-to round it, or change the fence"
 
 

@@ -15,12 +15,12 @@ from mavlink_bridge.language.messages import Action, Severity
 from mavlink_bridge.language.value import value
 
 from .failsafe_alone import Ends, ended, lets_go_in_us, nobody_orders, stands
-from .failsafe_barring import bars, is_of_the_mode
+from .failsafe_barring import Acted, bars, is_of_the_mode
 from .failsafe_config import FailsafeConfig, Override, Rule, microseconds, reached
 from .failsafe_entry import Entry, acting, clock_us, wanted
 from .failsafe_flags import Flags
 from .failsafe_orders import Order, ends, names
-from .failsafe_return import broken_off, rest_us
+from .failsafe_return import broken_off, is_given_up, rest_us
 from .failsafe_row import Clear, Condition, Takeover
 from .failsafe_table import BY_NAME
 from .failsafe_telling import SOON_US, Done, tell, tell_back
@@ -103,8 +103,9 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
         begun = Done(_NONE, nobody=True, left_us=left_us)
         entries = {rule.row.name: entry for rule, _, entry in moves if entry is not None}
     acted = tuple((rule, entry) for rule, _, entry in moves if entry is not None and entry.fired_us is not None)
-    done = replace(_what_is_done(_worst(begun, moves, flags), entries, flags, now_us), acted=acted, now_us=now_us)
-    if memory.action is Action.RETURN and done.name == _FENCE.name:
+    worst = _back_as_ordered(_worst(begun, moves, flags), entries, acted, flags, now_us)
+    done = replace(_what_is_done(worst, entries, flags, now_us), acted=acted, now_us=now_us)
+    if (memory.action is Action.RETURN or flags.helm.return_ordered) and done.name == _FENCE.name:
         entries[_FENCE.name] = broken_off(entries[_FENCE.name], now_us)
     texts: list[tuple[Severity, str]] = []
     for rule, old, entry in moves:
@@ -170,6 +171,21 @@ def _worst(begun: Done, moves: list[_Move], flags: Flags) -> Done:
             continue
         if (action := acting(rule, entry, flags)) > done.action:
             done = replace(begun, action=action, why=row.text, name=row.name, gives_way=row.gives_way)
+    return done
+
+
+def _back_as_ordered(
+    done: Done, entries: dict[str, Entry], acted: tuple[Acted, ...], flags: Flags, now_us: int
+) -> Done:
+    """A return by order that the fence has stopped goes on like the failsafe's own, until anything else but silence has stopped it."""
+    fence = entries.get(_FENCE.name)
+    if fence is None or not fence.ordered_back:
+        return done
+    others = [each for each in acted if each[0].row.name != _FENCE.name and not each[0].row.station]
+    if is_given_up(fence, now_us) or any(acting(*each, flags) > Action.WARN for each in others):
+        entries[_FENCE.name] = replace(fence, ordered_back=False)
+    elif done.action is Action.HOLD:  # a fence that stops her has the last word
+        return replace(done, action=Action.RETURN, why="as ordered", name="")
     return done
 
 
@@ -252,7 +268,8 @@ def _advance(rule: Rule, old: Entry | None, raised: bool, flags: Flags, now_us: 
             return None
     if entry.fired_us is None:
         due = rule.row.age is not None or now_us - entry.since_us >= rule.delay_us
-        return replace(entry, fired_us=now_us, stands_us=now_us) if due else entry
+        ordered_back = flags.helm.return_ordered
+        return replace(entry, fired_us=now_us, stands_us=now_us, ordered_back=ordered_back) if due else entry
     return _continue(rule, entry, flags, now_us)
 
 
@@ -277,6 +294,8 @@ def _continue(rule: Rule, entry: Entry, flags: Flags, now_us: int) -> Entry:
     arming = Order.ARM if flags.ground.operator_arm else None
     if ends(rule.row.name, flags.ground.operator_order) or ends(rule.row.name, arming):
         entry = replace(entry, taken=True)
+    if flags.ground.operator_order is not None or not flags.helm.armed:
+        entry = replace(entry, ordered_back=flags.helm.return_ordered and flags.helm.armed)
     if rule.then_us is not None and entry.gone_us is None and not entry.escalated:
         left_us = rule.then_us - clock_us(entry, now_us)
         if left_us <= 0:

@@ -38,6 +38,8 @@ class Entry:
     """When it last broke one off."""
     off_us: int | None = None
     """When its flag first fell after it had begun to act, or had broken off a return; None while that is to come."""
+    ordered_back: bool = False
+    """A return that an operator had ordered was in force when it acted, and nothing has been ordered since."""
     told_soon: bool = False
     """That the second action is near."""
 

@@ -14,6 +14,10 @@ _DOUBLINGS: Final = 6
 _FORGOTTEN_US: Final = 300_000_000
 """One stop fewer counts after so long without any: what stopped her there need not stop her for the rest of a voyage."""
 
+_TRIES: Final = 3
+"""So often a return by order begins again: each stop sets a heavy boat out, in wind that sets outward by 3 m. After six of them she was
+outside; there is somebody who can see that, and order her round."""
+
 
 def broken_off(entry: Entry, now_us: int) -> Entry:
     """The fence stops a vessel that was returning. In Hold its flag comes and goes with each gust, and says nothing of the way."""
@@ -27,6 +31,11 @@ def rest_us(fence: Entry, now_us: int) -> int | None:
         return None
     wait_us = _REST_US << min(max(_stops(fence, now_us) - 1, 0), _DOUBLINGS)
     return max(fence.off_us + wait_us - now_us, 0)
+
+
+def is_given_up(fence: Entry, now_us: int) -> bool:
+    """Whether the fence has stopped a return by order so often that it waits for another order."""
+    return _stops(fence, now_us) > _TRIES
 
 
 def _stops(entry: Entry, now_us: int) -> int:

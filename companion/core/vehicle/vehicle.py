@@ -287,8 +287,8 @@ class Vehicle:
         """Let the failsafe judge, and change mode as it asks."""
         controls, config, now_us = self.controls, self.controls.config.failsafe, sensed.now_us
         memory = before.verdict.result.memory
-        stops_a_return = guarded.fence.flags.fence_ahead and memory.action is Action.RETURN
-        standing = {*memory.entries, "fence_ahead"} if stops_a_return else memory.entries
+        returns = memory.action is Action.RETURN or controls.returns_by_order
+        standing = {*memory.entries, "fence_ahead"} if guarded.fence.flags.fence_ahead and returns else memory.entries
         flags = flags_of(controls, sensed, course, guarded, standing=standing)
         result = failsafe.step(memory, flags, now_us, config)
         verdict = FailsafeVerdict(
