@@ -23,6 +23,7 @@ from .heading_reference import HeadingReference, TurnLimits
 from .kicks import Kicks, eased
 from .law import ModelConfig, SteeringConfig
 from .observer import WaterSpeedObserver, believed
+from .slow_compass import DIFFERENCED_S
 from .yaw_loop import LoopMargins
 
 _SATURATED_RAD = 0.3
@@ -113,7 +114,7 @@ class ModelController:
         attainable_mps = schedule.steady_mps if schedule.lowered else 1.05 * handling.top_mps
         self._attainable_mps = min(attainable_mps, self._left_mps)
         self._omegas = [gain.omega_radps for gain in schedule.gains]
-        self._firm_radps = max(self._omegas) if self._seldom_s == 0.0 else min(self._omegas)
+        self._firm_radps = max(self._omegas) if self._seldom_s <= DIFFERENCED_S else min(self._omegas)
         """For strong wind on station: the thrust that holds against it gives the rudders their flow, whatever way she makes. By a compass
         that is heard seldom a boat swung by 50 degrees so."""
         most_radps = min(_REFERENCE_RATE, _REFERENCE_TIMES * self._firm_radps)

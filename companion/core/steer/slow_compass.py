@@ -12,6 +12,9 @@ _SILENT_S: Final = 2.5
 """A compass that is waited for longer than this is silent, not slow: it is not believed then, and nothing is steered by it."""
 _BORNE_S: Final = 0.5
 """A heading each half second, its differences as turn rate, is within the delay that all gains bear."""
+DIFFERENCED_S: Final = 0.25
+"""Age where no sensor tells the turn rate: the filter that makes one of headings is so late, and passes their noise on to the thrusters.
+Without it a launch, and a boat whose thrusters differ, swung from side to side until their thrust was cut."""
 _COSTS: Final = 1.5
 """Age for each second beyond it: a heading that is kept is half of its period old, a turn rate from two of them all of it."""
 _STEP_S: Final = 0.25
@@ -54,7 +57,11 @@ class SlowCompass:
         if len(self._waits) < _WATCHES:
             return False
         wait_s = min(self._waits)
-        late_s = min(_STEP_S * round(_COSTS * max(0.0, wait_s - _BORNE_S) / _STEP_S), _MOST_S)
+        late_s = _STEP_S * round(_COSTS * max(0.0, wait_s - _BORNE_S) / _STEP_S)
+        if wait_s > 0.0 and (
+            late_s > 0.0 or not is_steered
+        ):  # a turn rate that falls silent under way costs no pause for new gains
+            late_s = min(late_s + DIFFERENCED_S, _MOST_S)
         if late_s == self.late_s or (is_steered and late_s < self.late_s):
             return False
         self.wait_s, self.late_s = wait_s, late_s

@@ -32,6 +32,7 @@ from ..hull.left import WHOLE, Shares
 from ..hull.statics import top_speed_mps
 from ..hull.stopping import Braking
 from ..steer.law import backs_and_fills, lowered_text, steady_speed_mps, turn_rate_radps
+from ..steer.slow_compass import DIFFERENCED_S
 from .config import TickInputs, VehicleConfig
 from .haven import degrees
 from .operators import StickOwner
@@ -357,7 +358,7 @@ class Controls:
         if law_takes is None:
             return
         law_takes(seldom.late_s)
-        if seldom.late_s > 0.0:
+        if seldom.late_s > DIFFERENCED_S:
             self.voice.say(
                 Severity.NOTICE,
                 f"Compass is heard each {seldom.wait_s:.1f} s and tells no turn rate: steered more gently",
