@@ -58,9 +58,9 @@ class SlowCompass:
             return False
         wait_s = min(self._waits)
         late_s = _STEP_S * round(_COSTS * max(0.0, wait_s - _BORNE_S) / _STEP_S)
-        if wait_s > 0.0 and (
-            late_s > 0.0 or not is_steered
-        ):  # a turn rate that falls silent under way costs no pause for new gains
+        # a turn rate that falls silent under way costs no pause for new gains
+        is_reckoned = late_s > 0.0 or not is_steered
+        if wait_s > 0.0 and is_reckoned:
             late_s = min(late_s + DIFFERENCED_S, _MOST_S)
         if late_s == self.late_s or (is_steered and late_s < self.late_s):
             return False

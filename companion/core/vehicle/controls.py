@@ -172,13 +172,7 @@ class Controls:
         self.armed, self.decided = True, replace(self.decided, armed=True)
 
     def resume_voyage(
-        self,
-        place: LatLon | None,
-        home: LatLon | None,
-        seen: LatLon | None,
-        left: Left | None = None,
-        *,
-        by_operator: bool,
+        self, place: LatLon | None, home: LatLon | None, seen: LatLon | None, left: Left | None, *, by_operator: bool
     ) -> None:
         """The process before this one ended on a voyage: home stays where it was, and arming is no departure."""
         self.voyage.resume(place, seen, left)
