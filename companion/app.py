@@ -333,8 +333,7 @@ class App:
                 self.depths.due_us = now_us
 
     def _load(self, body: LoadPlan, answer: Answer) -> None:
-        refusal = plan_refusal(self.controls, body)
-        if refusal:
+        if refusal := plan_refusal(self.controls, body):
             answer(Reply(Result.DENIED, refusal))
             return
         self._lasting.submit(saving(self.facade, body), answer, lambda: self._adopt(body))
