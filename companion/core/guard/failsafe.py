@@ -15,12 +15,12 @@ from mavlink_bridge.language.messages import Action, Severity
 from mavlink_bridge.language.value import value
 
 from .failsafe_alone import Ends, ended, lets_go_in_us, nobody_orders, stands
-from .failsafe_barring import Acted, bars, is_of_the_mode
+from .failsafe_barring import bars, is_of_the_mode
 from .failsafe_config import FailsafeConfig, Override, Rule, microseconds, reached
 from .failsafe_entry import Entry, acting, clock_us, wanted
 from .failsafe_flags import Flags
 from .failsafe_orders import Order, ends, names
-from .failsafe_return import broken_off, is_given_up, rest_us
+from .failsafe_return import back_as_ordered, broken_off, rest_us
 from .failsafe_row import Clear, Condition, Takeover
 from .failsafe_table import BY_NAME
 from .failsafe_telling import SOON_US, Done, tell, tell_back
@@ -103,7 +103,9 @@ def judge(memory: FailsafeMemory, flags: Flags, now_us: int, config: FailsafeCon
         begun = Done(_NONE, nobody=True, left_us=left_us)
         entries = {rule.row.name: entry for rule, _, entry in moves if entry is not None}
     acted = tuple((rule, entry) for rule, _, entry in moves if entry is not None and entry.fired_us is not None)
-    worst = _back_as_ordered(_worst(begun, moves, flags), entries, acted, flags, now_us)
+    worst, fence = _worst(begun, moves, flags), entries.get(_FENCE.name)
+    if fence is not None and fence.ordered_back:
+        worst, entries[_FENCE.name] = back_as_ordered(worst, fence, acted, flags, now_us)
     done = replace(_what_is_done(worst, entries, flags, now_us), acted=acted, now_us=now_us)
     if (memory.action is Action.RETURN or flags.helm.return_ordered) and done.name == _FENCE.name:
         entries[_FENCE.name] = broken_off(entries[_FENCE.name], now_us)
@@ -171,21 +173,6 @@ def _worst(begun: Done, moves: list[_Move], flags: Flags) -> Done:
             continue
         if (action := acting(rule, entry, flags)) > done.action:
             done = replace(begun, action=action, why=row.text, name=row.name, gives_way=row.gives_way)
-    return done
-
-
-def _back_as_ordered(
-    done: Done, entries: dict[str, Entry], acted: tuple[Acted, ...], flags: Flags, now_us: int
-) -> Done:
-    """A return by order that the fence has stopped goes on like the failsafe's own, until anything else but silence has stopped it."""
-    fence = entries.get(_FENCE.name)
-    if fence is None or not fence.ordered_back:
-        return done
-    others = [each for each in acted if each[0].row.name != _FENCE.name and not each[0].row.station]
-    if is_given_up(fence, now_us) or any(acting(*each, flags) > Action.WARN for each in others):
-        entries[_FENCE.name] = replace(fence, ordered_back=False)
-    elif done.action is Action.HOLD:  # a fence that stops her has the last word
-        return replace(done, action=Action.RETURN, why="as ordered", name="")
     return done
 
 

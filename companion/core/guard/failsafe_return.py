@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
-from .failsafe_entry import Entry
+from mavlink_bridge.language.messages import Action
+
+from .failsafe_barring import Acted
+from .failsafe_entry import Entry, acting
+from .failsafe_flags import Flags
+from .failsafe_telling import Done
 
 _REST_US: Final = 5_000_000
 """After the fence's stop a return begins again when the way is off: sooner, she would be stopped by what is left of it,"""
@@ -33,9 +39,17 @@ def rest_us(fence: Entry, now_us: int) -> int | None:
     return max(fence.off_us + wait_us - now_us, 0)
 
 
-def is_given_up(fence: Entry, now_us: int) -> bool:
-    """Whether the fence has stopped a return by order so often that it waits for another order."""
-    return _stops(fence, now_us) > _TRIES
+def back_as_ordered(done: Done, fence: Entry, acted: Sequence[Acted], flags: Flags, now_us: int) -> tuple[Done, Entry]:
+    """A return by order that the fence has stopped goes on like the failsafe's own, until anything else but silence has stopped it.
+
+    Returns what is done then, and what is remembered of the fence's row.
+    """
+    others = [(rule, entry) for rule, entry in acted if entry is not fence and not rule.row.station]
+    if _stops(fence, now_us) > _TRIES or any(acting(*each, flags) > Action.WARN for each in others):
+        return done, replace(fence, ordered_back=False)
+    if done.action is Action.HOLD:  # a fence that stops her has the last word
+        return replace(done, action=Action.RETURN, why="as ordered", name=""), fence
+    return done, fence
 
 
 def _stops(entry: Entry, now_us: int) -> int:
