@@ -116,8 +116,10 @@ _GROUPS: Final[dict[str, Any]] = {group.name: getattr(_CALM, group.name) for gro
 HOME: Final = {item.name: name for name, group in _GROUPS.items() for item in fields(group)}
 """Every flag's group, by the flag's name."""
 _CONTEXT: Final = ("helm", "ground")
-ALARMS: Final = tuple(name for name, home in HOME.items() if home not in _CONTEXT)
-"""Names of the flags that are up only when something is wrong."""
+ALARMS: Final = tuple(
+    name for name, home in HOME.items() if home not in _CONTEXT and isinstance(getattr(_GROUPS[home], name), bool)
+)
+"""Names of the flags that are up only when something is wrong; a figure beside one is none."""
 _ALARMS: Final = attrgetter(*(f"{HOME[name]}.{name}" for name in ALARMS))
 
 

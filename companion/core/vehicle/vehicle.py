@@ -180,7 +180,11 @@ class Vehicle:
         if not self.controls.armed:
             diagnosis.clear()
             return
-        if any(watch.weak) or watch.helm_mirrored or watch.late.told_s:
+        # a compass that repeats itself looks like rudders that do nothing, until it is named
+        blind = estimator.turns_unseen and not (
+            sensed.state.heading_from_course or estimator.has_turn_rate(sensed.now_us)
+        )
+        if any(watch.weak) or watch.helm_mirrored or watch.late.told_s or blind:
             diagnosis.rest()
             return
         cause = diagnosis.step(sensed.dt_s, sensed.state, before.output)
