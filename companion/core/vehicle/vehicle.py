@@ -154,12 +154,10 @@ class Vehicle:
                 self.controls.use_thrusters(watch.shares)
             return
         mirrored, was_late = watch.helm_mirrored, watch.late.told_s > 0.0
-        was, shares, found = watch.weak, watch.shares, self.parts.diagnosis
+        was, shares, said = watch.weak, watch.shares, self.parts.diagnosis
         watch.on_trial = self.parts.navigator.on_trial
         watch.has_turn_rate = self.parts.estimator.has_turn_rate(sensed.now_us)
-        now = watch.step(
-            sensed.dt_s, sensed.state, before.output, found.opinion, found.told, before_mps=found.before_mps
-        )
+        now = watch.step(sensed.dt_s, sensed.state, before.output, said.opinion, said.told, before_mps=said.before_mps)
         if watch.helm_mirrored and not mirrored:
             say(Severity.CRITICAL, _MIRRORED)
         if watch.late.told_s and not was_late:
