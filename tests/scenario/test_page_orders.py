@@ -282,16 +282,16 @@ def test_hold_on_the_page_starts_no_propellers_of_a_boat_that_a_failsafe_has_sto
     helm = under_way("world.water.wind_mps=5")
     page, faults = Page(helm, tmp_path), helm.world.surroundings.plant.sensors.faults
     faults.set("gnss_silent", True)
-    helm.until(lambda: helm.world.app.snapshot.action is Action.STOP, 20.0)  # type: ignore[union-attr]
+    helm.until(lambda: helm.world.snapshot.action is Action.STOP, 20.0)
     faults.set("gnss_silent", False)
     helm.run(12.0)
     words = "she lies stopped: position lost; Hold by a station would hold her"
     assert page.order("hold")["answer"]["outcome"] == words
     for _ in range(4):
         helm.run(1.0)
-        output = helm.world.app.snapshot.output  # type: ignore[union-attr]
+        output = helm.world.snapshot.output
         assert (output.thruster_port, output.thruster_starboard) == (0.0, 0.0)
-    assert helm.world.app.snapshot.mode is Mode.HOLD, "what sets her going again does not sail on"  # type: ignore[union-attr]
+    assert helm.world.snapshot.mode is Mode.HOLD, "what sets her going again does not sail on"
 
 
 def test_an_order_of_the_page_stands_in_the_runs_events_with_its_address_and_replays(tmp_path: Path) -> None:

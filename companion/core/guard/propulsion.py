@@ -197,9 +197,9 @@ class PropulsionWatch:
             self._actuators.step(dt_s, sent)
             self._smooth = None
             return self.weak
-        drift_n, drift_e = state.drift_n_mps or 0.0, state.drift_e_mps or 0.0
-        if before_mps is not None and self._sure_s != [0.0, 0.0]:
-            drift_n, drift_e = before_mps
+        is_sure = self._sure_s != [0.0, 0.0]
+        known_mps = state.drift_n_mps or 0.0, state.drift_e_mps or 0.0
+        drift_n, drift_e = before_mps if before_mps is not None and is_sure else known_mps
         cos, sin = math.cos(psi), math.sin(psi)
         water_u, water_v = u - drift_n * cos - drift_e * sin, v + drift_n * sin - drift_e * cos
         self._actuators.step(dt_s, sent, water_u)
@@ -230,12 +230,16 @@ class PropulsionWatch:
         missing_nm = hull.m33_kgm2 * (r - smooth[0]) / _TAU_S - smooth[1]
         lost_n = smooth[4] - self._m11 * (u - smooth[5]) / _TAU_S
         self._lies = -_STILL_MPS < u < _STILL_MPS
+        self._judge_all(dt_s, psi, missing_nm, lost_n)
+        return self.weak
+
+    def _judge_all(self, dt_s: float, psi: float, missing_nm: float, lost_n: float) -> None:
+        """Judge the thrusters by the moment and the thrust that are missing, and the helm where they push."""
         self._most_nm = self._gusts_nm if self._lies else self._clear_nm
         self._note_slow_loss(dt_s, psi, missing_nm)
         self._judge(dt_s, missing_nm, lost_n)
-        if not any(self.weak):  # a helm is judged with thrusters that push
+        if not any(self.weak):
             self._judge_helm(dt_s, missing_nm)
-        return self.weak
 
     def _race_nm(self, thrust_n: float, angle_rad: float) -> float:
         """What the rudder behind a propeller turns the hull by through that propeller's race alone."""
